@@ -1,1 +1,5 @@
-//! placeholder
+//! Scalars that carry derivatives.
+
+mod real;
+
+pub use real::{Element, Mask, Real};

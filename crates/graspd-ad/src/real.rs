@@ -1,0 +1,278 @@
+//! The scalar that all differentiable code is written over.
+
+use std::fmt::Debug;
+use std::ops::{BitAnd, BitOr, Not};
+
+use num_traits::{FromPrimitive, NumAssignOps, NumOps, One, Zero};
+
+/// The result of comparing two [`Real`]s: one truth value for each lane.
+pub trait Mask:
+    Copy + Debug + BitAnd<Output = Self> + BitOr<Output = Self> + Not<Output = Self>
+{
+    /// The same truth value in every lane.
+    fn splat(value: bool) -> Self;
+    /// Whether any lane is true.
+    fn any(self) -> bool;
+    /// Whether every lane is true.
+    fn all(self) -> bool;
+    /// The truth value of one lane.
+    fn lane(self, lane: usize) -> bool;
+}
+
+impl Mask for bool {
+    #[inline(always)]
+    fn splat(value: bool) -> Self {
+        value
+    }
+    #[inline(always)]
+    fn any(self) -> bool {
+        self
+    }
+    #[inline(always)]
+    fn all(self) -> bool {
+        self
+    }
+    #[inline(always)]
+    fn lane(self, _lane: usize) -> bool {
+        self
+    }
+}
+
+/// A plain floating point number, the element that buffers store: `f64` or `f32`.
+pub trait Element:
+    num_traits::Float + Real<Mask = bool, Element = Self> + Default + Send + Sync + 'static
+{
+}
+impl Element for f64 {}
+impl Element for f32 {}
+
+/// A real number, possibly several side by side (lanes), possibly carrying derivatives.
+///
+/// Implemented by `f64`, `f32`, `Lanes`, `Dual` over any of these (and
+/// over duals), and `Var`. Code written once over `T: Real` runs on all of them.
+///
+/// Conventions:
+/// * Comparisons look at real parts only and give a [`Mask`]; branch with [`Real::select`], which takes
+///   value *and* derivative from the chosen side. A derivative of the side not chosen never leaks, even
+///   when it is infinite or NaN.
+/// * At a kink the derivative is one that the documentation of the function names; it is never NaN.
+/// * `Real` does not require `'static`: a `Var` borrows its tape.
+pub trait Real:
+    Copy + Debug + Zero + One + NumOps + NumAssignOps + std::ops::Neg<Output = Self> + FromPrimitive
+{
+    /// What a comparison gives.
+    type Mask: Mask;
+    /// The plain float that buffers of this scalar's real parts hold.
+    type Element: Element;
+    /// How many numbers stand side by side.
+    const LANES: usize;
+
+    /// A constant, in every lane, with derivative zero.
+    fn constant(value: f64) -> Self;
+    /// A constant for each lane, with derivative zero.
+    fn from_lanes(value: impl FnMut(usize) -> f64) -> Self;
+    /// The real part of one lane.
+    fn lane(self, lane: usize) -> f64;
+    /// The first [`Self::LANES`] elements of a slice, as a constant.
+    fn load(values: &[Self::Element]) -> Self;
+    /// Writes the real parts to the first [`Self::LANES`] elements of a slice.
+    fn store(self, values: &mut [Self::Element]);
+    /// `values[index(lane)]` in each lane, as a constant.
+    fn gather(values: &[f32], index: impl FnMut(usize) -> usize) -> Self;
+    /// The same value with derivative zero.
+    fn detach(self) -> Self;
+
+    /// `self < other`, by real parts.
+    fn lt(self, other: Self) -> Self::Mask;
+    /// `self <= other`, by real parts.
+    fn le(self, other: Self) -> Self::Mask;
+    /// `self > other`, by real parts.
+    #[inline(always)]
+    fn gt(self, other: Self) -> Self::Mask {
+        other.lt(self)
+    }
+    /// `self >= other`, by real parts.
+    #[inline(always)]
+    fn ge(self, other: Self) -> Self::Mask {
+        other.le(self)
+    }
+    /// `on_true` where the mask holds, `on_false` elsewhere: value and derivative.
+    fn select(mask: Self::Mask, on_true: Self, on_false: Self) -> Self;
+
+    /// Smaller of the two; at a tie `self`, with its derivative.
+    #[inline(always)]
+    fn min(self, other: Self) -> Self {
+        Self::select(self.le(other), self, other)
+    }
+    /// Larger of the two; at a tie `self`, with its derivative.
+    #[inline(always)]
+    fn max(self, other: Self) -> Self {
+        Self::select(self.ge(other), self, other)
+    }
+    /// Clamped to `[low, high]`; at a bound `self`'s derivative passes.
+    #[inline(always)]
+    fn clamp(self, low: Self, high: Self) -> Self {
+        self.max(low).min(high)
+    }
+
+    /// `self * a + b`, rounded as the multiplication and the addition are.
+    #[inline(always)]
+    fn mul_add(self, a: Self, b: Self) -> Self {
+        self * a + b
+    }
+    /// Square.
+    #[inline(always)]
+    fn square(self) -> Self {
+        self * self
+    }
+    /// `1 / self`.
+    fn recip(self) -> Self;
+    /// Square root. At 0 the value is 0 and the derivative 0 (the true one is infinite).
+    fn sqrt(self) -> Self;
+    /// Absolute value; derivative 0 at 0.
+    fn abs(self) -> Self;
+    /// Integer power.
+    fn powi(self, exponent: i32) -> Self;
+    /// Real power, for a positive base.
+    fn powf(self, exponent: f64) -> Self;
+    /// e^self.
+    fn exp(self) -> Self;
+    /// Natural logarithm.
+    fn ln(self) -> Self;
+    /// Sine, radians.
+    fn sin(self) -> Self;
+    /// Cosine, radians.
+    fn cos(self) -> Self;
+    /// Sine and cosine.
+    #[inline(always)]
+    fn sin_cos(self) -> (Self, Self) {
+        (self.sin(), self.cos())
+    }
+    /// Tangent.
+    fn tan(self) -> Self;
+    /// Arc sine; at -1 and 1 the derivative is 0 (the true one is infinite).
+    fn asin(self) -> Self;
+    /// Arc cosine; at -1 and 1 the derivative is 0 (the true one is infinite).
+    fn acos(self) -> Self;
+    /// Arc tangent.
+    fn atan(self) -> Self;
+    /// Angle of the point (`other`, `self`), in (-pi, pi]; derivative 0 at the origin.
+    fn atan2(self, other: Self) -> Self;
+    /// Hyperbolic tangent.
+    fn tanh(self) -> Self;
+}
+
+macro_rules! impl_real_for_float {
+    ($float:ty) => {
+        impl Real for $float {
+            type Mask = bool;
+            type Element = $float;
+            const LANES: usize = 1;
+
+            #[inline(always)]
+            fn constant(value: f64) -> Self {
+                value as $float
+            }
+            #[inline(always)]
+            fn from_lanes(mut value: impl FnMut(usize) -> f64) -> Self {
+                value(0) as $float
+            }
+            #[inline(always)]
+            #[allow(clippy::unnecessary_cast)] // The macro also serves f32.
+            fn lane(self, _lane: usize) -> f64 {
+                self as f64
+            }
+            #[inline(always)]
+            fn load(values: &[$float]) -> Self {
+                values[0]
+            }
+            #[inline(always)]
+            fn store(self, values: &mut [$float]) {
+                values[0] = self;
+            }
+            #[inline(always)]
+            #[allow(clippy::unnecessary_cast)]
+            fn gather(values: &[f32], mut index: impl FnMut(usize) -> usize) -> Self {
+                values[index(0)] as $float
+            }
+            #[inline(always)]
+            fn detach(self) -> Self {
+                self
+            }
+            #[inline(always)]
+            fn lt(self, other: Self) -> bool {
+                self < other
+            }
+            #[inline(always)]
+            fn le(self, other: Self) -> bool {
+                self <= other
+            }
+            #[inline(always)]
+            fn select(mask: bool, on_true: Self, on_false: Self) -> Self {
+                if mask { on_true } else { on_false }
+            }
+            #[inline(always)]
+            fn recip(self) -> Self {
+                <$float>::recip(self)
+            }
+            #[inline(always)]
+            fn sqrt(self) -> Self {
+                <$float>::sqrt(self)
+            }
+            #[inline(always)]
+            fn abs(self) -> Self {
+                <$float>::abs(self)
+            }
+            #[inline(always)]
+            fn powi(self, exponent: i32) -> Self {
+                <$float>::powi(self, exponent)
+            }
+            #[inline(always)]
+            fn powf(self, exponent: f64) -> Self {
+                <$float>::powf(self, exponent as $float)
+            }
+            #[inline(always)]
+            fn exp(self) -> Self {
+                <$float>::exp(self)
+            }
+            #[inline(always)]
+            fn ln(self) -> Self {
+                <$float>::ln(self)
+            }
+            #[inline(always)]
+            fn sin(self) -> Self {
+                <$float>::sin(self)
+            }
+            #[inline(always)]
+            fn cos(self) -> Self {
+                <$float>::cos(self)
+            }
+            #[inline(always)]
+            fn tan(self) -> Self {
+                <$float>::tan(self)
+            }
+            #[inline(always)]
+            fn asin(self) -> Self {
+                <$float>::asin(self)
+            }
+            #[inline(always)]
+            fn acos(self) -> Self {
+                <$float>::acos(self)
+            }
+            #[inline(always)]
+            fn atan(self) -> Self {
+                <$float>::atan(self)
+            }
+            #[inline(always)]
+            fn atan2(self, other: Self) -> Self {
+                <$float>::atan2(self, other)
+            }
+            #[inline(always)]
+            fn tanh(self) -> Self {
+                <$float>::tanh(self)
+            }
+        }
+    };
+}
+impl_real_for_float!(f64);
+impl_real_for_float!(f32);
