@@ -48,7 +48,7 @@ impl Element for f32 {}
 
 /// A real number, possibly several side by side (lanes), possibly carrying derivatives.
 ///
-/// Implemented by `f64`, `f32`, `Lanes`, `Dual` over any of these (and
+/// Implemented by `f64`, `f32`, [`Lanes`](crate::Lanes), [`Dual`](crate::Dual) over any of these (and
 /// over duals), and `Var`. Code written once over `T: Real` runs on all of them.
 ///
 /// Conventions:
@@ -119,6 +119,16 @@ pub trait Real:
     #[inline(always)]
     fn mul_add(self, a: Self, b: Self) -> Self {
         self * a + b
+    }
+    /// `self * factor` for a constant factor; cheaper than multiplying with [`Real::constant`].
+    #[inline(always)]
+    fn scale(self, factor: f64) -> Self {
+        self * Self::constant(factor)
+    }
+    /// `self * factor.detach()`: the product with `factor` held constant, cheaper than writing it out.
+    #[inline(always)]
+    fn mul_detached(self, factor: Self) -> Self {
+        self * factor.detach()
     }
     /// Square.
     #[inline(always)]
