@@ -1,0 +1,212 @@
+//! Numbers that change along a run: rates, radii, weights.
+
+use crate::OptimizationError;
+use crate::error::{require, require_finite, require_positive};
+
+/// A number as a function of the step: a base curve times any number of factors.
+///
+/// ```
+/// use graspd_opt::Schedule;
+///
+/// # fn main() -> Result<(), graspd_opt::OptimizationError> {
+/// // A radius that falls to 0 over the first 5000 steps and stays there.
+/// let radius = Schedule::linear(0.09, 0.0, 0, 5000)?;
+/// assert_eq!((radius.value(0), radius.value(2500), radius.value(6999)), (0.09, 0.045, 0.0));
+/// // A rate that warms up over 200 steps and from step 5000 to 7000 falls to a hundredth.
+/// let rate = Schedule::constant(3e-3)?.with_warm_up(200)?.with_cosine_decay(5000, 7000, 0.01)?;
+/// assert_eq!(rate.value(1000), 3e-3);
+/// # Ok(())
+/// # }
+/// ```
+#[derive(Clone, Debug, PartialEq)]
+pub struct Schedule {
+    base: Curve,
+    factors: Vec<Curve>,
+}
+
+impl Schedule {
+    /// The same value at every step.
+    ///
+    /// # Errors
+    /// If it is not finite.
+    pub fn constant(value: f64) -> Result<Self, OptimizationError> {
+        Self::linear(value, value, 0, 1)
+    }
+
+    /// `from` up to step `start`, then along a line to `to` at step `end`, and `to` from there on.
+    ///
+    /// # Errors
+    /// If a value is not finite, or the span is empty.
+    pub fn linear(from: f64, to: f64, start: usize, end: usize) -> Result<Self, OptimizationError> {
+        require_finite("schedule value at the start", from)?;
+        require_finite("schedule value at the end", to)?;
+        Ok(Self {
+            base: Curve::new("linear schedule", from, to, start, end, Shape::Linear)?,
+            factors: Vec::new(),
+        })
+    }
+
+    /// For defaults: a constant that is known to be valid.
+    pub(crate) fn literal(value: f64) -> Self {
+        Self {
+            base: Curve {
+                from: value,
+                to: value,
+                start: 0,
+                end: 1,
+                shape: Shape::Linear,
+            },
+            factors: Vec::new(),
+        }
+    }
+
+    /// The same, rising linearly over the first `steps` steps: times `(step + 1) / steps`, at most 1.
+    ///
+    /// # Errors
+    /// If `steps` is 0.
+    pub fn with_warm_up(self, steps: usize) -> Result<Self, OptimizationError> {
+        require_positive("warm-up steps", steps as f64)?;
+        if steps == 1 {
+            return Ok(self);
+        }
+        let first = 1.0 / steps as f64;
+        self.with_factor("warm-up", first, 0, steps - 1, Shape::Linear, 1.0)
+    }
+
+    /// The same, falling along a line from step `start` to `final_factor` times itself at step `end`, and so from there on.
+    ///
+    /// # Errors
+    /// If the span is empty or the factor not in [0, 1].
+    pub fn with_linear_decay(
+        self,
+        start: usize,
+        end: usize,
+        final_factor: f64,
+    ) -> Result<Self, OptimizationError> {
+        require_factor(final_factor, final_factor >= 0.0)?;
+        self.with_factor("linear decay", 1.0, start, end, Shape::Linear, final_factor)
+    }
+
+    /// The same, falling along half a cosine wave, flat at both ends: see [`Schedule::with_linear_decay`].
+    ///
+    /// # Errors
+    /// If the span is empty or the factor not in [0, 1].
+    pub fn with_cosine_decay(
+        self,
+        start: usize,
+        end: usize,
+        final_factor: f64,
+    ) -> Result<Self, OptimizationError> {
+        require_factor(final_factor, final_factor >= 0.0)?;
+        self.with_factor("cosine decay", 1.0, start, end, Shape::Cosine, final_factor)
+    }
+
+    /// The same, falling by the same ratio each step: see [`Schedule::with_linear_decay`].
+    ///
+    /// # Errors
+    /// If the span is empty or the factor not in (0, 1].
+    pub fn with_exponential_decay(
+        self,
+        start: usize,
+        end: usize,
+        final_factor: f64,
+    ) -> Result<Self, OptimizationError> {
+        require_factor(final_factor, final_factor > 0.0)?;
+        self.with_factor(
+            "exponential decay",
+            1.0,
+            start,
+            end,
+            Shape::Exponential,
+            final_factor,
+        )
+    }
+
+    fn with_factor(
+        mut self,
+        field: &'static str,
+        from: f64,
+        start: usize,
+        end: usize,
+        shape: Shape,
+        to: f64,
+    ) -> Result<Self, OptimizationError> {
+        self.factors
+            .push(Curve::new(field, from, to, start, end, shape)?);
+        Ok(self)
+    }
+
+    /// The value at a step, counted from 0.
+    pub fn value(&self, step: usize) -> f64 {
+        self.factors
+            .iter()
+            .fold(self.base.value(step), |value, factor| {
+                value * factor.value(step)
+            })
+    }
+}
+
+fn require_factor(factor: f64, is_above_least: bool) -> Result<(), OptimizationError> {
+    require(
+        is_above_least && factor <= 1.0,
+        "final_factor of the decay",
+        factor,
+        "between 0 and 1, and positive if the decay is exponential",
+    )
+}
+
+/// How a curve goes from its first value to its last.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Shape {
+    Linear,
+    Cosine,
+    Exponential,
+}
+
+/// Constant, then changing over a span of steps, then constant.
+#[derive(Clone, Debug, PartialEq)]
+struct Curve {
+    from: f64,
+    to: f64,
+    start: usize,
+    end: usize,
+    shape: Shape,
+}
+
+impl Curve {
+    fn new(
+        field: &'static str,
+        from: f64,
+        to: f64,
+        start: usize,
+        end: usize,
+        shape: Shape,
+    ) -> Result<Self, OptimizationError> {
+        if end <= start {
+            return Err(OptimizationError::EmptySpan { field, start, end });
+        }
+        Ok(Self {
+            from,
+            to,
+            start,
+            end,
+            shape,
+        })
+    }
+
+    fn value(&self, step: usize) -> f64 {
+        if step <= self.start {
+            return self.from;
+        }
+        if step >= self.end {
+            return self.to;
+        }
+        let progress = (step - self.start) as f64 / (self.end - self.start) as f64;
+        let remaining = match self.shape {
+            Shape::Linear => 1.0 - progress,
+            Shape::Cosine => 0.5 * (1.0 + (std::f64::consts::PI * progress).cos()),
+            Shape::Exponential => return self.from * (self.to / self.from).powf(progress),
+        };
+        self.to + (self.from - self.to) * remaining
+    }
+}
