@@ -210,3 +210,83 @@ impl Curve {
         self.to + (self.from - self.to) * remaining
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A few roundings of numbers of order one.
+    const ROUNDING: f64 = 1e-14;
+
+    fn constant() -> Schedule {
+        Schedule::constant(2.0).unwrap()
+    }
+    fn assert_values(schedule: Result<Schedule, OptimizationError>, expected: &[(usize, f64)]) {
+        let schedule = schedule.unwrap();
+        for &(step, value) in expected {
+            let error = (schedule.value(step) - value).abs();
+            assert!(error < ROUNDING, "step {step}: {}", schedule.value(step));
+        }
+    }
+
+    #[test]
+    fn linear_is_constant_outside_its_span() {
+        let expected = [
+            (0, 3.0),
+            (10, 3.0),
+            (15, 1.0),
+            (20, -1.0),
+            (usize::MAX, -1.0),
+        ];
+        assert_values(Schedule::linear(3.0, -1.0, 10, 20), &expected);
+    }
+
+    #[test]
+    fn warm_up_starts_above_zero_and_ends_at_the_full_value() {
+        let expected = [(0, 0.01), (99, 1.0), (198, 1.99), (199, 2.0), (5000, 2.0)];
+        assert_values(constant().with_warm_up(200), &expected);
+        assert_values(constant().with_warm_up(1), &[(0, 2.0), (1, 2.0)]);
+    }
+
+    #[test]
+    fn decays_meet_their_ends_and_midpoints() {
+        let ends = [(0, 2.0), (100, 2.0), (300, 0.02), (1000, 0.02)];
+        assert_values(constant().with_linear_decay(100, 300, 0.01), &ends);
+        assert_values(constant().with_cosine_decay(100, 300, 0.01), &ends);
+        assert_values(constant().with_exponential_decay(100, 300, 0.01), &ends);
+        let middle = |value: f64| [(200, value)];
+        assert_values(constant().with_linear_decay(100, 300, 0.01), &middle(1.01));
+        assert_values(constant().with_cosine_decay(100, 300, 0.01), &middle(1.01));
+        assert_values(
+            constant().with_exponential_decay(100, 300, 0.01),
+            &middle(0.2),
+        );
+        // A cosine is flat at first: a quarter of the way it has fallen by (1 - cos 45 degrees) / 2.
+        let quarter = 1.0 + 0.5_f64.sqrt();
+        assert_values(
+            constant().with_cosine_decay(100, 300, 0.0),
+            &[(150, quarter)],
+        );
+    }
+
+    #[test]
+    fn factors_multiply() {
+        let schedule = Schedule::linear(1.0, 0.5, 0, 100)
+            .and_then(|schedule| schedule.with_warm_up(10))
+            .and_then(|schedule| schedule.with_linear_decay(50, 150, 0.0));
+        assert_values(schedule, &[(4, 0.49), (50, 0.75), (100, 0.25), (150, 0.0)]);
+    }
+
+    #[test]
+    fn faults_are_named() {
+        let message = |result: Result<Schedule, OptimizationError>| result.unwrap_err().to_string();
+        assert!(message(Schedule::constant(f64::NAN)).contains("schedule value"));
+        assert!(message(Schedule::linear(1.0, f64::INFINITY, 0, 1)).contains("at the end"));
+        assert!(message(Schedule::linear(1.0, 0.0, 7, 7)).contains("step 7 to step 7"));
+        assert!(message(constant().with_warm_up(0)).contains("warm-up"));
+        assert!(message(constant().with_linear_decay(5, 4, 0.0)).contains("linear decay"));
+        assert!(message(constant().with_cosine_decay(0, 5, 1.5)).contains("final_factor"));
+        assert!(message(constant().with_cosine_decay(0, 5, f64::NAN)).contains("final_factor"));
+        assert!(message(constant().with_exponential_decay(0, 5, 0.0)).contains("final_factor"));
+    }
+}

@@ -116,3 +116,65 @@ impl Trace {
         })
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn recorded() -> Trace {
+        let mut trace = Trace::new(&["loss", "radius"], 3, 10).unwrap();
+        for step in 0..10 {
+            let is_recorded = trace.record(step, &[step as f64, -(step as f64)]);
+            assert_eq!(is_recorded, trace.is_due(step));
+        }
+        trace
+    }
+
+    #[test]
+    fn every_third_step_is_recorded() {
+        let trace = recorded();
+        assert_eq!(trace.steps(), [0, 3, 6, 9]);
+        assert_eq!(trace.len(), 4);
+        assert_eq!(trace.column("radius").unwrap(), [0.0, -3.0, -6.0, -9.0]);
+        assert_eq!(trace.last("loss"), Some(9.0));
+        assert_eq!(trace.column("lost"), None);
+        assert_eq!(trace.last("lost"), None);
+    }
+
+    #[test]
+    fn rows_and_columns_hold_the_same() {
+        let trace = recorded();
+        let rows: Vec<(usize, Vec<f64>)> = trace
+            .rows()
+            .map(|(step, values)| (step, values.collect()))
+            .collect();
+        assert_eq!(rows[2], (6, vec![6.0, -6.0]));
+        let columns: Vec<_> = trace.columns().collect();
+        assert_eq!(columns[0], ("loss", [0.0, 3.0, 6.0, 9.0].as_slice()));
+        assert_eq!(rows.len(), trace.len());
+        assert_eq!(trace.names().collect::<Vec<_>>(), ["loss", "radius"]);
+    }
+
+    #[test]
+    fn the_announced_run_needs_no_more_room() {
+        let mut trace = Trace::new(&["loss"], 7, 100).unwrap();
+        let room = (trace.steps.as_ptr(), trace.columns[0].as_ptr());
+        for round in 0..2 {
+            for step in 0..100 {
+                trace.record(step, &[0.0]);
+            }
+            assert_eq!(trace.len(), 15, "round {round}");
+            assert_eq!(room, (trace.steps.as_ptr(), trace.columns[0].as_ptr()));
+            trace.clear();
+            assert!(trace.is_empty() && trace.last("loss").is_none());
+        }
+    }
+
+    #[test]
+    fn faults_are_named() {
+        let fault = Trace::new(&["loss", "radius", "loss"], 1, 10).unwrap_err();
+        assert!(fault.to_string().contains("\"loss\""), "{fault}");
+        let fault = Trace::new(&["loss"], 0, 10).unwrap_err();
+        assert!(fault.to_string().contains("between the rows"), "{fault}");
+    }
+}
