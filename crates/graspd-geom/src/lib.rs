@@ -1,15 +1,25 @@
 //! Meshes, exact signed distances and SDF grids.
 
+mod closed;
 mod distance;
+mod error;
+mod io;
+mod mass;
 mod mesh;
 mod rigid;
 mod sdf;
 #[cfg(feature = "testing")]
 mod test_data;
+mod topology;
 
+pub use closed::{ClosedSurface, closed_surface, flipped, require_closed, weld_exact};
 pub use distance::{ClosestPoint, DistanceError, SignedDistance, TriangleTree};
+pub use error::GeometryError;
+pub use io::{load_mesh, save_mesh, save_obj, save_off, save_stl};
+pub use mass::{MassProperties, signed_volume};
 pub use mesh::TriangleMesh;
 pub use rigid::{Mat3, Quaternion, Rigid, Vec3};
 pub use sdf::SdfGrid;
 #[cfg(feature = "testing")]
 pub use test_data::shared_file;
+pub use topology::{BoundaryLoop, Topology, topology};

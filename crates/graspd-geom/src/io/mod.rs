@@ -1,0 +1,119 @@
+//! Mesh files: which reader or writer serves which extension.
+
+mod assemble;
+mod obj;
+mod off;
+mod ply;
+mod polygon;
+mod save;
+mod stl;
+
+use std::path::Path;
+
+use crate::{GeometryError, TriangleMesh};
+
+pub use save::{save_mesh, save_obj, save_off, save_stl};
+
+/// The extensions that [`load_mesh`] knows.
+const READABLE: &str = ".obj, .stl, .ply, .off";
+
+/// Reads a triangle mesh; the format follows from the extension, whose case does not matter.
+///
+/// * OBJ: all objects and groups as one mesh, vertices as indexed in the file; texture, normals, colours and
+///   materials are ignored.
+/// * STL, binary or text: corners at the same position become one vertex.
+/// * PLY, binary or text: the elements `vertex` and `face`.
+/// * OFF, also COFF, NOFF and the like: colours and normals are ignored.
+///
+/// Polygons are triangulated, faces with a repeated vertex are dropped, vertices without faces are kept.
+/// Coordinates are taken as they are, in metres by convention.
+///
+/// # Errors
+/// Whatever is wrong with the file, as a [`GeometryError`] that names it.
+pub fn load_mesh(path: impl AsRef<Path>) -> Result<TriangleMesh, GeometryError> {
+    let path = path.as_ref();
+    let read = match extension(path).as_str() {
+        "obj" => obj::read,
+        "stl" => stl::read,
+        "ply" => ply::read,
+        "off" => off::read,
+        _ => return Err(unsupported(path, READABLE)),
+    };
+    read(&file_bytes(path)?, path)
+}
+
+fn file_bytes(path: &Path) -> Result<Vec<u8>, GeometryError> {
+    let failed = |source: std::io::Error| match source.kind() {
+        std::io::ErrorKind::NotFound => GeometryError::Missing { path: path.into() },
+        _ => GeometryError::Read {
+            path: path.into(),
+            source,
+        },
+    };
+    // A pipe or device could make the reader wait for ever.
+    if !std::fs::metadata(path).map_err(failed)?.is_file() {
+        return Err(GeometryError::NotAFile { path: path.into() });
+    }
+    let bytes = std::fs::read(path).map_err(failed)?;
+    if bytes.is_empty() {
+        return Err(GeometryError::Empty { path: path.into() });
+    }
+    Ok(bytes)
+}
+
+fn extension(path: &Path) -> String {
+    path.extension()
+        .map(|extension| extension.to_string_lossy().to_lowercase())
+        .unwrap_or_default()
+}
+
+fn unsupported(path: &Path, supported: &'static str) -> GeometryError {
+    let extension = extension(path);
+    GeometryError::UnsupportedFormat {
+        path: path.into(),
+        found: if extension.is_empty() {
+            "a name without an extension".into()
+        } else {
+            format!(".{extension}")
+        },
+        supported,
+    }
+}
+
+/// The lines of a text file with their numbers from 1, whatever their line ends are.
+///
+/// Bytes that are not UTF-8 (a name in Latin-1, say) become replacement characters rather than errors.
+fn numbered_lines(bytes: &[u8]) -> impl Iterator<Item = (usize, std::borrow::Cow<'_, str>)> {
+    bytes
+        .split(|&byte| byte == b'\n')
+        .enumerate()
+        .map(|(index, line)| (index + 1, String::from_utf8_lossy(line)))
+}
+
+/// A token of a file for an error message: without control characters, and not too long.
+fn quoted(token: &str) -> String {
+    const LONGEST: usize = 40;
+    let mut text: String = token
+        .chars()
+        .take(LONGEST)
+        .map(|c| if c.is_control() { '?' } else { c })
+        .collect();
+    if token.chars().nth(LONGEST).is_some() {
+        text.push_str("...");
+    }
+    format!("\"{text}\"")
+}
+
+/// Reads exactly three numbers off the front of `tokens`.
+fn three_numbers<'a>(tokens: &mut impl Iterator<Item = &'a str>) -> Result<[f64; 3], String> {
+    let mut point = [0.0; 3];
+    for coordinate in &mut point {
+        let token = tokens
+            .next()
+            .ok_or_else(|| "a vertex has fewer than three coordinates".to_string())?;
+        *coordinate = token
+            .parse()
+            .map_err(|_| format!("{} is not a number", quoted(token)))?;
+    }
+    Ok(point)
+}

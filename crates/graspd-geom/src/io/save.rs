@@ -1,0 +1,119 @@
+//! Mesh writers; a file appears whole or not at all.
+
+use std::io::{BufWriter, Write};
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicU64, Ordering};
+
+use crate::{GeometryError, TriangleMesh};
+
+const WRITABLE: &str = ".obj, .stl, .off";
+
+/// Writes a mesh in the format that the extension names (`.obj`, `.stl`, `.off`).
+///
+/// # Errors
+/// An unsupported extension, or what [`save_obj`] gives.
+pub fn save_mesh(mesh: &TriangleMesh, path: impl AsRef<Path>) -> Result<(), GeometryError> {
+    let path = path.as_ref();
+    match super::extension(path).as_str() {
+        "obj" => save_obj(mesh, path),
+        "stl" => save_stl(mesh, path),
+        "off" => save_off(mesh, path),
+        _ => Err(super::unsupported(path, WRITABLE)),
+    }
+}
+
+/// Writes a mesh as Wavefront OBJ, every coordinate to its last bit.
+///
+/// The mesh is written beside `path` under another name that then replaces `path`, so that no reader and no
+/// interruption ever meets half a file.
+///
+/// # Errors
+/// [`GeometryError::Write`] if the folder is missing, not writable or full; `path` is then as it was.
+pub fn save_obj(mesh: &TriangleMesh, path: impl AsRef<Path>) -> Result<(), GeometryError> {
+    write_whole(path.as_ref(), |out| {
+        for p in &mesh.vertices {
+            writeln!(out, "v {} {} {}", p.x, p.y, p.z)?;
+        }
+        for face in &mesh.faces {
+            let [a, b, c] = face.map(|index| u64::from(index) + 1);
+            writeln!(out, "f {a} {b} {c}")?;
+        }
+        Ok(())
+    })
+}
+
+/// Writes a mesh as OFF, otherwise as [`save_obj`].
+///
+/// # Errors
+/// As [`save_obj`].
+pub fn save_off(mesh: &TriangleMesh, path: impl AsRef<Path>) -> Result<(), GeometryError> {
+    write_whole(path.as_ref(), |out| {
+        writeln!(out, "OFF\n{} {} 0", mesh.vertices.len(), mesh.faces.len())?;
+        for p in &mesh.vertices {
+            writeln!(out, "{} {} {}", p.x, p.y, p.z)?;
+        }
+        for [a, b, c] in &mesh.faces {
+            writeln!(out, "3 {a} {b} {c}")?;
+        }
+        Ok(())
+    })
+}
+
+/// Writes a mesh as binary STL, which keeps single precision and no shared vertices; otherwise as [`save_obj`].
+///
+/// # Errors
+/// As [`save_obj`].
+pub fn save_stl(mesh: &TriangleMesh, path: impl AsRef<Path>) -> Result<(), GeometryError> {
+    write_whole(path.as_ref(), |out| {
+        out.write_all(&[0; 80])?;
+        out.write_all(&(mesh.faces.len() as u32).to_le_bytes())?;
+        for face in 0..mesh.faces.len() {
+            let normal = mesh
+                .area_vector(face)
+                .try_normalize(0.0)
+                .unwrap_or_default();
+            let corners = mesh.corners(face);
+            for vector in [
+                normal,
+                corners[0].coords,
+                corners[1].coords,
+                corners[2].coords,
+            ] {
+                for coordinate in vector.iter() {
+                    out.write_all(&(*coordinate as f32).to_le_bytes())?;
+                }
+            }
+            out.write_all(&[0; 2])?;
+        }
+        Ok(())
+    })
+}
+
+fn write_whole(
+    path: &Path,
+    content: impl FnOnce(&mut dyn Write) -> std::io::Result<()>,
+) -> Result<(), GeometryError> {
+    let temporary = temporary_beside(path);
+    let written = (|| {
+        let mut out = BufWriter::new(std::fs::File::create_new(&temporary)?);
+        content(&mut out)?;
+        out.into_inner()?.sync_all()?;
+        std::fs::rename(&temporary, path)
+    })();
+    written.map_err(|source| {
+        // Best effort: the error that matters is the one being reported.
+        let _ = std::fs::remove_file(&temporary);
+        GeometryError::Write {
+            path: path.into(),
+            source,
+        }
+    })
+}
+
+/// A name in the same folder, hence on the same file system, that no other thread or process uses.
+fn temporary_beside(path: &Path) -> PathBuf {
+    static SERIAL: AtomicU64 = AtomicU64::new(0);
+    let serial = SERIAL.fetch_add(1, Ordering::Relaxed);
+    let name = path.file_name().unwrap_or_default().to_string_lossy();
+    path.with_file_name(format!(".{name}.{}-{serial}.part", std::process::id()))
+}
