@@ -1,1 +1,42 @@
-//! placeholder
+//! Pictures of meshes and grasps, drawn in software: no GPU, no window, the same bytes on every machine of a kind.
+//!
+//! A [`Scene`] holds surfaces, dots and segments in one frame; a [`Camera`] looks at it; [`render`] gives an
+//! [`Image`]. [`render_grasp`] does all of it for a hand on an object:
+//!
+//! ```
+//! use graspd_geom::TriangleMesh;
+//! use graspd_view::{Camera, Color, Scene, Shading, Surface, render};
+//! use nalgebra::{Point3, Vector3};
+//!
+//! let tetrahedron = TriangleMesh {
+//!     vertices: vec![Point3::origin(), Point3::new(0.1, 0.0, 0.0), Point3::new(0.0, 0.1, 0.0), Point3::new(0.0, 0.0, 0.1)],
+//!     faces: vec![[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]],
+//! };
+//! let mut scene = Scene::default();
+//! scene.surfaces.push(Surface { mesh: &tetrahedron, color: Color::SLATE, shading: Shading::Flat });
+//! let camera = Camera::three_quarter(&scene, 160.0 / 120.0);
+//! let image = render(&scene, &camera, 160, 120)?;
+//! assert_eq!((image.width(), image.height()), (160, 120));
+//! # Ok::<(), graspd_view::ViewError>(())
+//! ```
+
+mod camera;
+mod color;
+mod error;
+mod grasp;
+mod image;
+mod lighting;
+mod normals;
+mod overlay;
+mod projection;
+mod raster;
+mod render;
+mod scene;
+
+pub use camera::{Camera, Lens};
+pub use color::Color;
+pub use error::ViewError;
+pub use grasp::{palm_in_object_frame, render_grasp, render_hand_pose};
+pub use image::{Image, tile};
+pub use render::render;
+pub use scene::{Background, Dot, Scene, Segment, Shading, Surface};

@@ -1,0 +1,34 @@
+//! What can go wrong while making a picture.
+
+use std::path::PathBuf;
+
+/// Why a picture could not be made or written.
+#[derive(Debug, thiserror::Error)]
+pub enum ViewError {
+    /// The picture has no pixels, or too many.
+    #[error(
+        "a picture of {width} x {height} pixels cannot be made: give sides of 1 to {} and at most {} pixels in all",
+        crate::Image::MAX_SIDE,
+        crate::Image::MAX_PIXELS
+    )]
+    Size {
+        /// Asked width \[px\].
+        width: usize,
+        /// Asked height \[px\].
+        height: usize,
+    },
+    /// A camera that looks nowhere: a coordinate is not finite, or the eye is at the target, or the lens has no
+    /// extent.
+    #[error("the camera cannot be used: {0}")]
+    Camera(&'static str),
+    /// The file could not be written.
+    #[error(
+        "{path}: cannot write the picture: {cause}; is the folder there, writable and not full?"
+    )]
+    Write {
+        /// The file asked for.
+        path: PathBuf,
+        /// What the system said.
+        cause: std::io::Error,
+    },
+}
