@@ -208,6 +208,46 @@ fn multiplier_is_the_price_of_the_limit() {
 }
 
 #[test]
+fn first_step_by_hand() {
+    // At x = 4 the limit 1 is exceeded by 3, and the multiplier rises by its own rate times that.
+    let settings = MdmmSettings {
+        multiplier_rate_ratio: 5.0,
+        rate: Schedule::constant(0.02).unwrap(),
+        max_steps: 1,
+        ..MdmmSettings::default()
+    };
+    let outcome = Mdmm::new(settings)
+        .unwrap()
+        .subject_to(Constraint::less_than(1.0), linear(&[1.0]))
+        .unwrap()
+        .minimize(&[4.0], squared_distance(&[2.0]))
+        .unwrap();
+    // The gradient is 2 (4 - 2) + damping 3.
+    assert!((outcome.x[0] - (4.0 - 0.02 * 7.0)).abs() < CLOSE);
+    assert!((outcome.multipliers[0] - 0.1 * 3.0).abs() < CLOSE);
+    assert!((outcome.infeasibility - 2.86).abs() < CLOSE);
+}
+
+#[test]
+fn squared_slack_descends_by_hand() {
+    let mut constraint = Constraint::less_than(1.0)
+        .with_form(InequalityForm::SquaredSlack)
+        .with_scale(3.0);
+    // At value -3 a slack of 2 makes the constraint hold: nothing moves.
+    constraint.ascend(0.1, -3.0);
+    assert_eq!(
+        (constraint.multiplier(), constraint.slack()),
+        (0.0, Some(2.0))
+    );
+    // At value -2 then g = 1: the weight is 3, d L/ds = 2 s weight = 12 and d L/dlambda = 3.
+    constraint.ascend(0.1, -2.0);
+    assert!((constraint.multiplier() - 0.3).abs() < CLOSE);
+    assert!((constraint.slack().unwrap() - 0.8).abs() < CLOSE);
+    constraint.reset();
+    assert_eq!((constraint.multiplier(), constraint.slack()), (0.0, None));
+}
+
+#[test]
 fn adamax_for_parameters_and_multipliers() {
     let settings = MdmmSettings {
         optimizer: OptimizerKind::Adamax(AdamaxSettings::default()),
@@ -408,12 +448,13 @@ proptest! {
         damping in prop::sample::select(vec![0.0, 0.5, 1.0, 3.0]),
         scale in 0.1..4.0_f64,
         rise in 0.0..2.0_f64,
+        earlier in -3.0..3.0_f64,
         value in -3.0..3.0_f64,
     ) {
         let bound = if is_equality { Constraint::equal_to(0.5) } else { Constraint::less_than(0.5) };
         let mut constraint = bound.with_form(form).with_damping(damping).with_scale(scale);
         // A first step gives it a multiplier (0 in one in two cases of inequalities) and fixes the slack.
-        constraint.ascend(rise, 0.5 + (value - 1.0));
+        constraint.ascend(rise, earlier);
         let step = 1e-6;
         let is_near_kink = [0.5, 0.5 - constraint.multiplier() / damping]
             .iter()
