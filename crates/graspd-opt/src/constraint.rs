@@ -18,7 +18,8 @@ pub enum InequalityForm {
     /// `g = h + s` with a slack `s >= 0` that is eliminated: at every value it takes its best value
     /// `s = max(0, -h - lambda / damping)`, so that `g = max(h, -lambda / damping)`.
     ///
-    /// The term is the augmented Lagrangian of inequalities; its derivative is continuous, the multiplier falls again where the
+    /// The term is the augmented Lagrangian of inequalities; its derivative is continuous, the multiplier falls
+    /// again where the
     /// constraint is not needed, and converges to the Karush-Kuhn-Tucker one. The recommended form.
     #[default]
     Slack,
@@ -52,11 +53,14 @@ pub enum MultiplierUpdate {
 /// L(x, lambda) = f(x) + sum_i scale_i (lambda_i g_i + damping_i g_i^2 / 2)
 /// ```
 ///
-/// `x` (and slack variables) descend and `lambda` ascends along its derivatives, in the same step. The sign convention: a
-/// value that is too large has `g > 0` and gets a positive multiplier, so at the solution `grad f + sum_i scale_i lambda_i grad h_i = 0`,
+/// `x` (and slack variables) descend and `lambda` ascends along its derivatives, in the same step. The sign
+/// convention: a
+/// value that is too large has `g > 0` and gets a positive multiplier, so at the solution `grad f + sum_i scale_i
+/// lambda_i grad h_i = 0`,
 /// and multipliers of inequalities are >= 0.
 ///
-/// In each step the caller adds [`weight`](Self::weight)` * grad h` to the gradient of its objective and then calls [`ascend`](Self::ascend).
+/// In each step the caller adds [`weight`](Self::weight)` * grad h` to the gradient of its objective and then calls
+/// [`ascend`](Self::ascend).
 ///
 /// ```
 /// use graspd_opt::Constraint;
@@ -76,7 +80,8 @@ pub enum MultiplierUpdate {
 /// A value of NaN gives a weight and, once ascended, a multiplier of NaN.
 ///
 /// # Source
-/// Platt and Barr, "Constrained differential optimization for neural networks", 1988: the basic differential multiplier method
+/// Platt and Barr, "Constrained differential optimization for neural networks", 1988: the basic differential
+/// multiplier method
 /// with damping (there called the modified one). Eliminated slacks: Rockafellar, "The multiplier method
 /// of Hestenes and Powell applied to convex programming", 1973.
 #[derive(Clone, Debug)]
@@ -213,7 +218,8 @@ impl Constraint {
         self.scale * (self.multiplier + 0.5 * self.damping * g) * g
     }
 
-    /// The derivative of the Lagrangian with respect to the value: `scale (lambda + damping g)`, and 0 where the form is flat.
+    /// The derivative of the Lagrangian with respect to the value: `scale (lambda + damping g)`, and 0 where the
+    /// form is flat.
     pub fn weight(&self, value: f64) -> f64 {
         match (self.bound, self.form) {
             (Bound::LessThan(limit), InequalityForm::Max) if value <= limit => 0.0,
@@ -242,7 +248,8 @@ impl Constraint {
                 }
             }
         }
-        // In the order (multiplier, slack). Adamax descends, so it is given the multiplier's slope with its sign turned.
+        // In the order (multiplier, slack). Adamax descends, so it is given the multiplier's slope with its sign
+        // turned.
         let mut change = [rate * multiplier_slope, -rate * slack_slope];
         if let Some(adamax) = &mut self.adamax {
             adamax.update(rate, &[-multiplier_slope, slack_slope], &mut change);

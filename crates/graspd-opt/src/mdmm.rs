@@ -122,7 +122,8 @@ impl<'a> Mdmm<'a> {
     /// Minimises `objective` from `start`.
     ///
     /// # Errors
-    /// If `start` is empty or not finite, or a setting of the optimiser is out of range. Not converging is a [`Status`], no error.
+    /// If `start` is empty or not finite, or a setting of the optimiser is out of range. Not converging is a
+    /// [`Status`], no error.
     pub fn minimize(
         mut self,
         start: &[f64],
