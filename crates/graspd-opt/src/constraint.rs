@@ -19,8 +19,7 @@ pub enum InequalityForm {
     /// `s = max(0, -h - lambda / damping)`, so that `g = max(h, -lambda / damping)`.
     ///
     /// The term is the augmented Lagrangian of inequalities; its derivative is continuous, the multiplier falls
-    /// again where the
-    /// constraint is not needed, and converges to the Karush-Kuhn-Tucker one. The recommended form.
+    /// again where the constraint is not needed, and converges to the Karush-Kuhn-Tucker one. The recommended form.
     #[default]
     Slack,
     /// `g = h + s^2` with a slack variable `s` that descends with the parameters (Platt and Barr's form).
@@ -54,10 +53,8 @@ pub enum MultiplierUpdate {
 /// ```
 ///
 /// `x` (and slack variables) descend and `lambda` ascends along its derivatives, in the same step. The sign
-/// convention: a
-/// value that is too large has `g > 0` and gets a positive multiplier, so at the solution `grad f + sum_i scale_i
-/// lambda_i grad h_i = 0`,
-/// and multipliers of inequalities are >= 0.
+/// convention: a value that is too large has `g > 0` and gets a positive multiplier, so that at the solution
+/// `grad f + sum_i scale_i lambda_i grad h_i = 0`, and multipliers of inequalities are >= 0.
 ///
 /// In each step the caller adds [`weight`](Self::weight)` * grad h` to the gradient of its objective and then calls
 /// [`ascend`](Self::ascend).
@@ -81,8 +78,7 @@ pub enum MultiplierUpdate {
 ///
 /// # Source
 /// Platt and Barr, "Constrained differential optimization for neural networks", 1988: the basic differential
-/// multiplier method
-/// with damping (there called the modified one). Eliminated slacks: Rockafellar, "The multiplier method
+/// multiplier method with damping (there called the modified one). Eliminated slacks: Rockafellar, "The multiplier method
 /// of Hestenes and Powell applied to convex programming", 1973.
 #[derive(Clone, Debug)]
 pub struct Constraint {
