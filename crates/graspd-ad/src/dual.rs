@@ -1,6 +1,5 @@
 //! Forward mode: a value and its derivatives with respect to `N` variables.
 
-use std::array::from_fn;
 use std::ops::{
     Add, AddAssign, Div, DivAssign, Mul, MulAssign, Neg, Rem, RemAssign, Sub, SubAssign,
 };
@@ -9,6 +8,18 @@ use num_traits::{FromPrimitive, One, Zero};
 
 use crate::Real;
 use crate::rule::{self, functions_by_rule};
+
+/// The array of an expression for each index. A plain loop: the closures of `std::array::from_fn` are not always
+/// inlined, and then miss the instruction set that [`vectorize`](crate::vectorize) chose.
+macro_rules! each {
+    ($index:ident => $expression:expr) => {{
+        let mut array = [T::zero(); N];
+        for $index in 0..N {
+            array[$index] = $expression;
+        }
+        array
+    }};
+}
 
 /// A value with its derivatives with respect to `N` variables, `x + x_1 e_1 + ... + x_N e_N` with `e_i e_j = 0`.
 ///
@@ -60,13 +71,17 @@ impl<T: Real, const N: usize> Dual<T, N> {
     /// The variables at a point, in order.
     #[inline(always)]
     pub fn variables(point: [T; N]) -> [Self; N] {
-        from_fn(|index| Self::variable(point[index], index))
+        let mut duals = [Self::zero(); N];
+        for index in 0..N {
+            duals[index] = Self::variable(point[index], index);
+        }
+        duals
     }
 
     /// Chain rule for one argument: `f(self)`, given `f` and `f'` there.
     #[inline(always)]
     fn chain(self, value: T, slope: T) -> Self {
-        Self::new(value, from_fn(|i| self.derivative[i] * slope))
+        Self::new(value, each!(i => self.derivative[i] * slope))
     }
 
     /// Chain rule for two arguments: `f(self, other)`, given `f` and its partial derivatives there.
@@ -74,7 +89,7 @@ impl<T: Real, const N: usize> Dual<T, N> {
     fn chain2(self, other: Self, value: T, slope_self: T, slope_other: T) -> Self {
         Self::new(
             value,
-            from_fn(|i| self.derivative[i] * slope_self + other.derivative[i] * slope_other),
+            each!(i => self.derivative[i] * slope_self + other.derivative[i] * slope_other),
         )
     }
 }
@@ -85,7 +100,7 @@ impl<T: Real, const N: usize> Add for Dual<T, N> {
     fn add(self, other: Self) -> Self {
         Self::new(
             self.value + other.value,
-            from_fn(|i| self.derivative[i] + other.derivative[i]),
+            each!(i => self.derivative[i] + other.derivative[i]),
         )
     }
 }
@@ -96,7 +111,7 @@ impl<T: Real, const N: usize> Sub for Dual<T, N> {
     fn sub(self, other: Self) -> Self {
         Self::new(
             self.value - other.value,
-            from_fn(|i| self.derivative[i] - other.derivative[i]),
+            each!(i => self.derivative[i] - other.derivative[i]),
         )
     }
 }
@@ -131,7 +146,7 @@ impl<T: Real, const N: usize> Neg for Dual<T, N> {
     type Output = Self;
     #[inline(always)]
     fn neg(self) -> Self {
-        Self::new(-self.value, from_fn(|i| -self.derivative[i]))
+        Self::new(-self.value, each!(i => -self.derivative[i]))
     }
 }
 
@@ -215,6 +230,14 @@ impl<T: Real, const N: usize> Real for Dual<T, N> {
         Self::constant(T::gather(values, index))
     }
     #[inline(always)]
+    fn store_indices(self, indices: &mut [u32]) {
+        self.value.store_indices(indices);
+    }
+    #[inline(always)]
+    fn floor(self) -> Self {
+        Self::constant(self.value.floor())
+    }
+    #[inline(always)]
     fn detach(self) -> Self {
         Self::constant(self.value.detach())
     }
@@ -231,7 +254,7 @@ impl<T: Real, const N: usize> Real for Dual<T, N> {
     fn select(mask: Self::Mask, on_true: Self, on_false: Self) -> Self {
         Self::new(
             T::select(mask, on_true.value, on_false.value),
-            from_fn(|i| T::select(mask, on_true.derivative[i], on_false.derivative[i])),
+            each!(i => T::select(mask, on_true.derivative[i], on_false.derivative[i])),
         )
     }
 
@@ -239,7 +262,7 @@ impl<T: Real, const N: usize> Real for Dual<T, N> {
     fn scale(self, factor: f64) -> Self {
         Self::new(
             self.value.scale(factor),
-            from_fn(|i| self.derivative[i].scale(factor)),
+            each!(i => self.derivative[i].scale(factor)),
         )
     }
     #[inline(always)]
@@ -247,7 +270,7 @@ impl<T: Real, const N: usize> Real for Dual<T, N> {
         let factor = factor.value.detach();
         Self::new(
             self.value.mul_detached(factor),
-            from_fn(|i| self.derivative[i].mul_detached(factor)),
+            each!(i => self.derivative[i].mul_detached(factor)),
         )
     }
     functions_by_rule!();

@@ -1,23 +1,41 @@
-//! Eight `f32` side by side: the scalar of the hot loops.
+//! Eight `f32` side by side: the scalar of the hot loops, and the run-time choice of instruction set.
 //!
-//! Plain arrays and loops that the compiler turns into vector instructions, rather than a type bound to one
-//! instruction set: so one binary runs on every machine, and [`vectorize`] compiles the same code a second time
-//! for AVX2 and picks it where the processor has it. The arithmetic is that of `f32`, lane by lane and without
-//! fused multiply-add: every path gives the same bits.
+//! [`LanesOver`] is written once over [`Register`], eight floats in vector registers. [`Lanes`] takes the
+//! registers that every processor of the target has; wider ones, where the machine at hand has them, are reached
+//! through [`vectorize`] alone. (Plain arrays would not do: in expressions as long as a contact law the compiler
+//! leaves their arithmetic scalar.) No path uses fused multiply-add, and functions without a vector instruction
+//! run lane by lane, so all paths give the same bits.
+//!
+//! This is the only file of the workspace with `unsafe` code. It is of two kinds: transmutation between a vector
+//! register and an array of the same size, both plain numbers; and AVX2 instructions, which must not run on a
+//! processor without them. The type that issues these is private, and only `vectorize` hands it out, to a generic
+//! kernel that cannot name it, once it has seen that the processor has AVX2.
 
-use std::ops::{
-    Add, AddAssign, BitAnd, BitOr, Div, DivAssign, Mul, MulAssign, Neg, Not, Rem, RemAssign, Sub,
-    SubAssign,
-};
+// Registers are public in name only, so that public types may be generic over them.
+#![allow(unreachable_pub)]
 
-use num_traits::{FromPrimitive, One, Zero};
+#[cfg(any(test, not(target_arch = "x86_64")))]
+mod array;
+mod mask;
+mod register;
+mod scalar;
+#[cfg(test)]
+mod tests;
 
-use crate::{Mask, Real};
+pub use mask::LaneMask;
+use register::Register;
+pub use scalar::LanesOver;
 
-/// How many numbers [`Lanes`] holds.
-const COUNT: usize = 8;
+use crate::Real;
 
-/// Eight `f32` side by side.
+/// The registers that every processor of the target has.
+#[cfg(target_arch = "x86_64")]
+type Baseline = x86::Sse2;
+/// The registers that every processor of the target has.
+#[cfg(not(target_arch = "x86_64"))]
+type Baseline = array::Array;
+
+/// Eight `f32` side by side, on any processor.
 ///
 /// ```
 /// use graspd_ad::{Lanes, Mask, Real};
@@ -25,314 +43,201 @@ const COUNT: usize = 8;
 /// let x = Lanes::from_lanes(|lane| lane as f64 - 4.0);
 /// let negative = x.lt(Lanes::constant(0.0));
 /// let clipped = Lanes::select(negative, Lanes::constant(0.0), x);
-/// assert_eq!(clipped.0, [0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 2.0, 3.0]);
+/// assert_eq!(clipped.to_array(), [0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 2.0, 3.0]);
 /// assert!(negative.lane(3) && !negative.lane(4));
 /// ```
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[repr(C, align(32))]
-pub struct Lanes(pub [f32; COUNT]);
+pub type Lanes = LanesOver<Baseline>;
 
-/// The result of comparing [`Lanes`]: all bits of a lane are set where it is true, none where it is false.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[repr(C, align(32))]
-pub struct LaneMask([u32; COUNT]);
-
-impl Lanes {
-    /// The same number in every lane.
-    #[inline(always)]
-    pub fn splat(value: f32) -> Self {
-        Self([value; COUNT])
-    }
-
-    #[inline(always)]
-    fn map(self, function: impl Fn(f32) -> f32) -> Self {
-        let mut result = self;
-        for lane in 0..COUNT {
-            result.0[lane] = function(self.0[lane]);
-        }
-        result
-    }
-
-    #[inline(always)]
-    fn zip(self, other: Self, function: impl Fn(f32, f32) -> f32) -> Self {
-        let mut result = self;
-        for lane in 0..COUNT {
-            result.0[lane] = function(self.0[lane], other.0[lane]);
-        }
-        result
-    }
-
-    #[inline(always)]
-    fn compare(self, other: Self, holds: impl Fn(f32, f32) -> bool) -> LaneMask {
-        let mut mask = [0; COUNT];
-        for lane in 0..COUNT {
-            mask[lane] = if holds(self.0[lane], other.0[lane]) {
-                !0
-            } else {
-                0
-            };
-        }
-        LaneMask(mask)
-    }
+/// A hot loop, written for any lanes, which [`vectorize`] runs with the best ones of the machine.
+pub trait Kernel {
+    /// What the loop returns.
+    type Output;
+    /// The loop. Only what is inlined into it is compiled for the wider registers, and what is not runs far slower
+    /// than without them. So mark this function and all that it calls for each element `#[inline(always)]`, and
+    /// let no lanes pass through closures, `std::array::from_fn`, `map` or iterators: write functions and loops.
+    fn run<L: Real<Element = f32>>(self) -> Self::Output;
 }
 
-impl LaneMask {
-    #[inline(always)]
-    fn zip(self, other: Self, function: impl Fn(u32, u32) -> u32) -> Self {
-        let mut result = self;
-        for lane in 0..COUNT {
-            result.0[lane] = function(self.0[lane], other.0[lane]);
-        }
-        result
-    }
-}
-
-impl Mask for LaneMask {
-    #[inline(always)]
-    fn splat(value: bool) -> Self {
-        Self([if value { !0 } else { 0 }; COUNT])
-    }
-    #[inline(always)]
-    fn any(self) -> bool {
-        self.0.iter().fold(0, |bits, lane| bits | lane) != 0
-    }
-    #[inline(always)]
-    fn all(self) -> bool {
-        self.0.iter().fold(!0, |bits, lane| bits & lane) != 0
-    }
-    #[inline(always)]
-    fn lane(self, lane: usize) -> bool {
-        self.0[lane] != 0
-    }
-}
-
-impl BitAnd for LaneMask {
-    type Output = Self;
-    #[inline(always)]
-    fn bitand(self, other: Self) -> Self {
-        self.zip(other, |a, b| a & b)
-    }
-}
-
-impl BitOr for LaneMask {
-    type Output = Self;
-    #[inline(always)]
-    fn bitor(self, other: Self) -> Self {
-        self.zip(other, |a, b| a | b)
-    }
-}
-
-impl Not for LaneMask {
-    type Output = Self;
-    #[inline(always)]
-    fn not(self) -> Self {
-        self.zip(self, |bits, _| !bits)
-    }
-}
-
-macro_rules! operator {
-    ($trait:ident, $method:ident, $assign_trait:ident, $assign_method:ident, $operator:tt) => {
-        impl $trait for Lanes {
-            type Output = Self;
-            #[inline(always)]
-            fn $method(self, other: Self) -> Self {
-                self.zip(other, |a, b| a $operator b)
-            }
-        }
-        impl $assign_trait for Lanes {
-            #[inline(always)]
-            fn $assign_method(&mut self, other: Self) {
-                *self = *self $operator other;
-            }
-        }
-    };
-}
-operator!(Add, add, AddAssign, add_assign, +);
-operator!(Sub, sub, SubAssign, sub_assign, -);
-operator!(Mul, mul, MulAssign, mul_assign, *);
-operator!(Div, div, DivAssign, div_assign, /);
-operator!(Rem, rem, RemAssign, rem_assign, %);
-
-impl Neg for Lanes {
-    type Output = Self;
-    #[inline(always)]
-    fn neg(self) -> Self {
-        self.map(|x| -x)
-    }
-}
-
-impl Zero for Lanes {
-    #[inline(always)]
-    fn zero() -> Self {
-        Self::splat(0.0)
-    }
-    /// Whether every lane is zero.
-    #[inline(always)]
-    fn is_zero(&self) -> bool {
-        *self == Self::zero()
-    }
-}
-
-impl One for Lanes {
-    #[inline(always)]
-    fn one() -> Self {
-        Self::splat(1.0)
-    }
-}
-
-impl FromPrimitive for Lanes {
-    #[inline(always)]
-    fn from_i64(n: i64) -> Option<Self> {
-        f32::from_i64(n).map(Self::splat)
-    }
-    #[inline(always)]
-    fn from_u64(n: u64) -> Option<Self> {
-        f32::from_u64(n).map(Self::splat)
-    }
-    #[inline(always)]
-    fn from_f64(n: f64) -> Option<Self> {
-        f32::from_f64(n).map(Self::splat)
-    }
-}
-
-/// Functions that have no vector instruction run lane by lane.
-macro_rules! functions_by_lane {
-    ($($function:ident),*) => {
-        $(
-            #[inline(always)]
-            fn $function(self) -> Self {
-                self.map(f32::$function)
-            }
-        )*
-    };
-}
-
-impl Real for Lanes {
-    type Mask = LaneMask;
-    type Element = f32;
-    const LANES: usize = COUNT;
-
-    #[inline(always)]
-    fn constant(value: f64) -> Self {
-        Self::splat(value as f32)
-    }
-    #[inline(always)]
-    fn from_lanes(mut value: impl FnMut(usize) -> f64) -> Self {
-        let mut result = Self::zero();
-        for lane in 0..COUNT {
-            result.0[lane] = value(lane) as f32;
-        }
-        result
-    }
-    #[inline(always)]
-    fn lane(self, lane: usize) -> f64 {
-        f64::from(self.0[lane])
-    }
-    #[inline(always)]
-    fn load(values: &[f32]) -> Self {
-        let mut result = Self::zero();
-        result.0.copy_from_slice(&values[..COUNT]);
-        result
-    }
-    #[inline(always)]
-    fn store(self, values: &mut [f32]) {
-        values[..COUNT].copy_from_slice(&self.0);
-    }
-    #[inline(always)]
-    fn gather(values: &[f32], mut index: impl FnMut(usize) -> usize) -> Self {
-        let mut result = Self::zero();
-        for lane in 0..COUNT {
-            result.0[lane] = values[index(lane)];
-        }
-        result
-    }
-    #[inline(always)]
-    fn detach(self) -> Self {
-        self
-    }
-    #[inline(always)]
-    fn lt(self, other: Self) -> LaneMask {
-        self.compare(other, |a, b| a < b)
-    }
-    #[inline(always)]
-    fn le(self, other: Self) -> LaneMask {
-        self.compare(other, |a, b| a <= b)
-    }
-    #[inline(always)]
-    fn select(mask: LaneMask, on_true: Self, on_false: Self) -> Self {
-        let mut result = on_true;
-        for lane in 0..COUNT {
-            let bits = mask.0[lane];
-            result.0[lane] = f32::from_bits(
-                (bits & on_true.0[lane].to_bits()) | (!bits & on_false.0[lane].to_bits()),
-            );
-        }
-        result
-    }
-    /// By repeated squaring, as for `f32`.
-    #[inline(always)]
-    fn powi(self, exponent: i32) -> Self {
-        let mut rest = exponent.unsigned_abs();
-        let mut power = self;
-        let mut product = Self::one();
-        while rest != 0 {
-            if rest & 1 != 0 {
-                product *= power;
-            }
-            rest >>= 1;
-            if rest != 0 {
-                power *= power;
-            }
-        }
-        if exponent < 0 {
-            product.recip()
-        } else {
-            product
-        }
-    }
-    #[inline(always)]
-    fn powf(self, exponent: f64) -> Self {
-        self.map(|x| x.powf(exponent as f32))
-    }
-    #[inline(always)]
-    fn atan2(self, other: Self) -> Self {
-        self.zip(other, f32::atan2)
-    }
-    functions_by_lane!(
-        recip, sqrt, abs, exp, ln, sin, cos, tan, asin, acos, atan, tanh
-    );
-}
-
-/// Runs `work`, compiled for AVX2 where the processor has it.
-///
-/// The result is the same bit for bit with and without, because fused multiply-add stays off.
-///
-/// Only code that is inlined into `work` is compiled for AVX2: mark the functions it calls in its hot loop
-/// `#[inline(always)]`, as the arithmetic of this crate is, and put the loop inside, not around.
+/// Runs a kernel with AVX2 where the processor has it, else with [`Lanes`]; the result is the same bit for bit.
 ///
 /// ```
-/// use graspd_ad::{Lanes, Real, vectorize};
+/// use graspd_ad::{Kernel, Real, vectorize};
 ///
-/// #[inline(always)]
-/// fn sum_of_squares(values: &[f32]) -> Lanes {
-///     values.chunks_exact(8).fold(Lanes::constant(0.0), |sum, x| sum + Lanes::load(x).square())
+/// struct SumOfSquares<'a>(&'a [f32]);
+/// impl Kernel for SumOfSquares<'_> {
+///     type Output = f64;
+///     #[inline(always)]
+///     fn run<L: Real<Element = f32>>(self) -> f64 {
+///         let chunks = self.0.chunks_exact(L::LANES);
+///         let sum = chunks.fold(L::zero(), |sum, values| sum + L::load(values).square());
+///         (0..L::LANES).map(|lane| sum.lane(lane)).sum()
+///     }
 /// }
-/// let values = [2.0; 16];
-/// assert_eq!(vectorize(|| sum_of_squares(&values)), Lanes::constant(8.0));
+/// assert_eq!(vectorize(SumOfSquares(&[2.0; 16])), 64.0);
 /// ```
-#[inline]
-pub fn vectorize<R>(work: impl FnOnce() -> R) -> R {
+pub fn vectorize<K: Kernel>(kernel: K) -> K::Output {
     #[cfg(target_arch = "x86_64")]
     {
         #[target_feature(enable = "avx2")]
-        fn with_avx2<R>(work: impl FnOnce() -> R) -> R {
-            work()
+        fn with_avx2<K: Kernel>(kernel: K) -> K::Output {
+            kernel.run::<LanesOver<x86::Avx2>>()
         }
         if std::is_x86_feature_detected!("avx2") {
-            // SAFETY: calling a function compiled for AVX2 is sound on a processor that has AVX2, which was
-            // just tested; `with_avx2` does nothing else.
-            return unsafe { with_avx2(work) };
+            // SAFETY: the processor has AVX2, as was just seen.
+            return unsafe { with_avx2(kernel) };
         }
     }
-    work()
+    kernel.run::<Lanes>()
+}
+
+/// All bits of a lane are set where the bit of its number is.
+#[inline(always)]
+fn lane_bits(bits: u8) -> [u32; 8] {
+    let mut lanes = [0; 8];
+    for lane in 0..8 {
+        lanes[lane] = if bits & (1 << lane) != 0 { !0 } else { 0 };
+    }
+    lanes
+}
+
+#[cfg(target_arch = "x86_64")]
+mod x86 {
+    use std::arch::x86_64::*;
+    use std::mem::transmute;
+
+    use super::{Register, lane_bits};
+
+    /// Implements [`Register`] for one or several vectors side by side, numbered by `$part`.
+    macro_rules! register {
+        (
+            $register:ident($($part:tt: $vector:ty),+), $width:literal lanes each,
+            $splat:ident, $add:ident, $sub:ident, $mul:ident, $div:ident, $sqrt:ident, $max:ident, $floor:ident, $to_integers:ident, $lt:path, $le:path,
+            $select:ident, $movemask:ident, $and:ident, $andnot:ident, $or:ident, $xor:ident
+        ) => {
+            // SAFETY of the instructions: see the head of this file. SAFETY of the transmutations: both sides
+            // are plain numbers, and the compiler checks that their sizes agree.
+            impl Register for $register {
+                type Mask = Self;
+
+                #[inline(always)]
+                fn from_array(values: [f32; 8]) -> Self {
+                    unsafe { transmute::<[f32; 8], Self>(values) }
+                }
+                #[inline(always)]
+                fn to_array(self) -> [f32; 8] {
+                    unsafe { transmute::<Self, [f32; 8]>(self) }
+                }
+                #[inline(always)]
+                fn add(self, other: Self) -> Self {
+                    unsafe { Self($($add(self.$part, other.$part)),+) }
+                }
+                #[inline(always)]
+                fn sub(self, other: Self) -> Self {
+                    unsafe { Self($($sub(self.$part, other.$part)),+) }
+                }
+                #[inline(always)]
+                fn mul(self, other: Self) -> Self {
+                    unsafe { Self($($mul(self.$part, other.$part)),+) }
+                }
+                #[inline(always)]
+                fn div(self, other: Self) -> Self {
+                    unsafe { Self($($div(self.$part, other.$part)),+) }
+                }
+                #[inline(always)]
+                fn neg(self) -> Self {
+                    unsafe { Self($($xor(self.$part, $splat(-0.0))),+) }
+                }
+                #[inline(always)]
+                fn abs(self) -> Self {
+                    unsafe { Self($($andnot($splat(-0.0), self.$part)),+) }
+                }
+                #[inline(always)]
+                fn sqrt(self) -> Self {
+                    unsafe { Self($($sqrt(self.$part)),+) }
+                }
+                #[inline(always)]
+                fn floor(self) -> Self {
+                    unsafe { Self($($floor(self.$part)),+) }
+                }
+                #[inline(always)]
+                fn to_indices(self) -> [u32; 8] {
+                    // In this order the maximum of NaN and 0 is 0.
+                    unsafe { transmute([$($to_integers($max(self.$part, $splat(0.0)))),+]) }
+                }
+                #[inline(always)]
+                fn lt(self, other: Self) -> Self {
+                    unsafe { Self($($lt(self.$part, other.$part)),+) }
+                }
+                #[inline(always)]
+                fn le(self, other: Self) -> Self {
+                    unsafe { Self($($le(self.$part, other.$part)),+) }
+                }
+                #[inline(always)]
+                fn select(mask: Self, on_true: Self, on_false: Self) -> Self {
+                    unsafe { Self($($select(on_false.$part, on_true.$part, mask.$part)),+) }
+                }
+                #[inline(always)]
+                fn mask_from_bits(bits: u8) -> Self {
+                    Self::from_array(lane_bits(bits).map(f32::from_bits))
+                }
+                #[inline(always)]
+                fn mask_bits(mask: Self) -> u8 {
+                    (unsafe { $(($movemask(mask.$part) << ($width * $part)))|+ }) as u8
+                }
+                #[inline(always)]
+                fn mask_and(a: Self, b: Self) -> Self {
+                    unsafe { Self($($and(a.$part, b.$part)),+) }
+                }
+                #[inline(always)]
+                fn mask_or(a: Self, b: Self) -> Self {
+                    unsafe { Self($($or(a.$part, b.$part)),+) }
+                }
+                #[inline(always)]
+                fn mask_not(mask: Self) -> Self {
+                    let all = Self::mask_from_bits(!0);
+                    unsafe { Self($($xor(mask.$part, all.$part)),+) }
+                }
+            }
+        };
+    }
+
+    /// Two vectors of SSE2, which is part of x86-64.
+    #[derive(Clone, Copy, Debug)]
+    #[repr(C)]
+    pub struct Sse2(__m128, __m128);
+    register!(
+        Sse2(0: __m128, 1: __m128), 4 lanes each,
+        _mm_set1_ps, _mm_add_ps, _mm_sub_ps, _mm_mul_ps, _mm_div_ps, _mm_sqrt_ps, _mm_max_ps, floor_sse2, _mm_cvttps_epi32, _mm_cmplt_ps, _mm_cmple_ps,
+        select_sse2, _mm_movemask_ps, _mm_and_ps, _mm_andnot_ps, _mm_or_ps, _mm_xor_ps
+    );
+
+    /// `on_true` where the mask is set, else `on_false`; the blend instruction came after SSE2.
+    #[inline(always)]
+    unsafe fn select_sse2(on_false: __m128, on_true: __m128, mask: __m128) -> __m128 {
+        unsafe { _mm_or_ps(_mm_and_ps(mask, on_true), _mm_andnot_ps(mask, on_false)) }
+    }
+
+    /// Largest integer that is not above, by truncation; from 2^23 on every number is an integer.
+    #[inline(always)]
+    unsafe fn floor_sse2(x: __m128) -> __m128 {
+        unsafe {
+            let sign = _mm_and_ps(x, _mm_set1_ps(-0.0));
+            let magnitude = _mm_xor_ps(x, sign);
+            let truncated = _mm_cvtepi32_ps(_mm_cvttps_epi32(x));
+            let excess = _mm_and_ps(_mm_cmplt_ps(x, truncated), _mm_set1_ps(1.0));
+            let floor = _mm_or_ps(_mm_sub_ps(truncated, excess), sign);
+            select_sse2(x, floor, _mm_cmplt_ps(magnitude, _mm_set1_ps(8_388_608.0)))
+        }
+    }
+
+    /// A vector of AVX2.
+    #[derive(Clone, Copy, Debug)]
+    #[repr(C)]
+    pub struct Avx2(__m256);
+    register!(
+        Avx2(0: __m256), 8 lanes each,
+        _mm256_set1_ps, _mm256_add_ps, _mm256_sub_ps, _mm256_mul_ps, _mm256_div_ps, _mm256_sqrt_ps, _mm256_max_ps, _mm256_floor_ps, _mm256_cvttps_epi32,
+        _mm256_cmp_ps::<_CMP_LT_OQ>, _mm256_cmp_ps::<_CMP_LE_OQ>,
+        _mm256_blendv_ps, _mm256_movemask_ps, _mm256_and_ps, _mm256_andnot_ps, _mm256_or_ps, _mm256_xor_ps
+    );
 }

@@ -6,5 +6,5 @@ mod real;
 mod rule;
 
 pub use dual::Dual;
-pub use lanes::{LaneMask, Lanes, vectorize};
+pub use lanes::{Kernel, LaneMask, Lanes, LanesOver, vectorize};
 pub use real::{Element, Mask, Real};

@@ -79,6 +79,14 @@ pub trait Real:
     fn store(self, values: &mut [Self::Element]);
     /// `values[index(lane)]` in each lane, as a constant.
     fn gather(values: &[f32], index: impl FnMut(usize) -> usize) -> Self;
+    /// Each lane rounded towards zero, to the first [`Self::LANES`] places of a slice: the indices for
+    /// [`Real::gather`]. What is negative or NaN gives 0, what is beyond 2^31 gives 2^31.
+    #[inline(always)]
+    fn store_indices(self, indices: &mut [u32]) {
+        for lane in 0..Self::LANES {
+            indices[lane] = (self.lane(lane) as u32).min(1 << 31);
+        }
+    }
     /// The same value with derivative zero.
     fn detach(self) -> Self;
 
@@ -134,6 +142,11 @@ pub trait Real:
     #[inline(always)]
     fn square(self) -> Self {
         self * self
+    }
+    /// Largest integer that is not above `self`; derivative 0 everywhere.
+    #[inline(always)]
+    fn floor(self) -> Self {
+        Self::from_lanes(|lane| self.lane(lane).floor())
     }
     /// `1 / self`.
     fn recip(self) -> Self;
