@@ -2,12 +2,12 @@
 //! `cargo run -p graspd-view --example look -- MESH... -o out.png [--size 800x600] [--single] [--flat]`
 
 use std::error::Error;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::time::Instant;
 
-use graspd_geom::TriangleMesh;
+use graspd_geom::load_mesh;
 use graspd_view::{Camera, Color, Lens, Scene, Shading, Surface, render, tile};
-use nalgebra::{Point3, Vector3};
+use nalgebra::Vector3;
 
 fn main() -> Result<(), Box<dyn Error>> {
     let mut inputs = Vec::new();
@@ -34,7 +34,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     }
     let meshes = inputs
         .iter()
-        .map(|path| read_obj(path))
+        .map(load_mesh)
         .collect::<Result<Vec<_>, _>>()?;
     let mut scene = Scene::default();
     for (mesh, color) in meshes.iter().zip(Color::PALETTE.iter().cycle()) {
@@ -77,29 +77,4 @@ fn main() -> Result<(), Box<dyn Error>> {
         start.elapsed().as_secs_f64()
     );
     Ok(())
-}
-
-/// The `v` and `f` lines of an OBJ file.
-fn read_obj(path: &Path) -> Result<TriangleMesh, Box<dyn Error>> {
-    let mut mesh = TriangleMesh::default();
-    for line in std::fs::read_to_string(path)?.lines() {
-        let mut words = line.split_whitespace();
-        match words.next() {
-            Some("v") => {
-                let c: Vec<f64> = words.map(str::parse).collect::<Result<_, _>>()?;
-                mesh.vertices.push(Point3::new(c[0], c[1], c[2]));
-            }
-            Some("f") => {
-                let corners = words
-                    .map(|word| word.split('/').next().unwrap_or("").parse::<u32>())
-                    .collect::<Result<Vec<_>, _>>()?;
-                for i in 2..corners.len() {
-                    mesh.faces
-                        .push([corners[0], corners[i - 1], corners[i]].map(|c| c - 1));
-                }
-            }
-            _ => {}
-        }
-    }
-    Ok(mesh)
 }

@@ -9,9 +9,9 @@ pub struct Color {
 
 impl Color {
     /// Muted blue-grey: the object.
-    pub const SLATE: Self = Self::new(112, 146, 168);
+    pub const SLATE: Self = Self::new(116, 146, 165);
     /// Warm sand: the hand.
-    pub const SAND: Self = Self::new(231, 193, 156);
+    pub const SAND: Self = Self::new(224, 187, 154);
     /// Muted green.
     pub const SAGE: Self = Self::new(148, 172, 132);
     /// Brick red.

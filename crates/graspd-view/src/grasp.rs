@@ -4,7 +4,7 @@ use graspd_geom::{Rigid, TriangleMesh};
 use graspd_hand::{Hand, HandPose, PalmFrame};
 use nalgebra::{Point3, Unit, UnitQuaternion, Vector3};
 
-use crate::{Camera, Color, Image, Lens, Scene, Surface, ViewError, render, tile};
+use crate::{Camera, Color, Image, Lens, Scene, Shading, Surface, ViewError, render, tile};
 
 /// A strip of three pictures of a grasp, each of `panel` = (width, height) pixels: two opposite three-quarter
 /// views, then one that faces the palm (where the palm is not known: from above).
@@ -22,7 +22,15 @@ pub fn render_grasp(
     let scene = Scene {
         surfaces: vec![
             Surface::new(object, Color::SLATE),
-            Surface::new(hand, Color::SAND),
+            Surface {
+                mesh: hand,
+                color: Color::SAND,
+                // Skin of few faces turns more from face to face than a scan does; the edges of links turn by 90
+                // degrees.
+                shading: Shading::Smooth {
+                    crease_angle: 65f64.to_radians(),
+                },
+            },
         ],
         ..Scene::default()
     };

@@ -1,7 +1,8 @@
 //! Light with soft shadows: many distant lamps, each with its own depth map.
 //!
 //! The sky is a full sphere of faint lamps and the key light a narrow cone of strong ones, so that ambient
-//! occlusion and soft key shadows come out of the one rule: a lamp lights what it sees.
+//! occlusion and soft key shadows come out of the one rule: a lamp lights what it sees. Lamps of the sky come in
+//! opposite pairs, which share the drawing of their maps.
 
 use nalgebra::{Point3, Vector3};
 use rayon::prelude::*;
@@ -11,24 +12,22 @@ use crate::normals::ShadedFace;
 use crate::projection::GridPoint;
 use crate::raster::GridTriangle;
 
-/// Lamps of the sky.
-const SKY_LAMPS: usize = 72;
+/// Pairs of lamps of the sky.
+const SKY_PAIRS: usize = 48;
 /// Lamps of the key light, and the half angle of their cone \[rad\].
-const KEY_LAMPS: usize = 14;
+const KEY_LAMPS: usize = 16;
 const KEY_SPREAD: f64 = 0.16;
 /// Irradiance that the key light gives a surface that faces it.
-const KEY_IRRADIANCE: f32 = 0.62;
+const KEY_IRRADIANCE: f32 = 0.8;
 /// Irradiance that the open sky gives a surface that faces up, and one that faces down.
-const SKY_IRRADIANCE: [f32; 2] = [0.62, 0.34];
+const SKY_IRRADIANCE: [f32; 2] = [0.78, 0.40];
 /// Light that has been reflected so often that it comes from everywhere.
 const BOUNCED_IRRADIANCE: f32 = 0.07;
-/// Texels on a side of a lamp's depth map.
-const TEXELS: usize = 320;
 /// How far a surface is lifted before a lamp looks for it \[texels\], against shadows of a surface on itself.
-const LIFT: f32 = 1.6;
+const LIFT: f32 = 1.4;
 /// Blinn's exponent and strength of the key light's reflection.
 const SHININESS: i32 = 36;
-const SPECULAR: f32 = 0.16;
+const SPECULAR: f32 = 0.13;
 
 /// What falls on a point of a surface.
 #[derive(Clone, Copy, Debug, Default)]
@@ -41,42 +40,47 @@ pub(crate) struct Light {
 
 /// All lamps about a scene.
 pub(crate) struct Lighting {
-    lamps: Vec<Lamp>,
+    key: Vec<LampPair>,
+    sky: Vec<LampPair>,
     center: Point3<f64>,
-    /// Length of a texel \[m\].
-    texel: f64,
 }
 
-struct Lamp {
-    /// Unit direction towards the lamp, and two axes across.
+/// Two lamps in opposite directions and what they see.
+struct LampPair {
+    /// Unit direction towards the first lamp, and two axes across.
     axes: [Vector3<f32>; 3],
-    irradiance: f32,
-    is_key: bool,
-    /// Height towards the lamp \[texels\] of what it sees first, `[TEXELS * TEXELS]`.
-    heights: Vec<f32>,
+    /// Of the first lamp and of its opposite.
+    irradiance: [f32; 2],
+    /// Texels on a side of the map.
+    side: usize,
+    texels_per_metre: f32,
+    /// What each lamp sees first under each texel, as heights towards that lamp \[texels\], `[side * side]`;
+    /// -infinity where there is nothing.
+    heights: Vec<[f32; 2]>,
 }
 
 impl Lighting {
-    /// Lamps placed relative to the viewer (key light from above left), with their depth maps of `faces`.
-    pub(crate) fn new(faces: &[ShadedFace], viewer: &PictureAxes) -> Self {
+    /// Lamps placed relative to the viewer (key light from above left), with depth maps of `faces` that suit a
+    /// picture of `pixels` on its longer side.
+    pub(crate) fn new(faces: &[ShadedFace], viewer: &PictureAxes, pixels: usize) -> Self {
         let (center, radius) = bounding_sphere(faces);
-        let texel = 2.0 * radius / (TEXELS - 2) as f64;
-        let lamps = directions(viewer)
-            .into_par_iter()
-            .map(|(direction, irradiance, is_key)| {
-                let axes = axes_about(direction);
-                Lamp {
-                    heights: depth_map(faces, center, texel, &axes),
-                    axes: axes.map(|axis| axis.cast()),
-                    irradiance,
-                    is_key,
-                }
-            })
-            .collect();
+        let key_side = (pixels / 3).clamp(64, 512);
+        let draw = |side| {
+            move |(direction, irradiance): (Vector3<f64>, [f32; 2])| {
+                LampPair::new(direction, irradiance, side, faces, center, radius)
+            }
+        };
         Self {
-            lamps,
+            key: key_lamps(viewer)
+                .into_par_iter()
+                .map(draw(key_side))
+                .collect(),
+            // Wider texels blur the border of each faint shadow into the next.
+            sky: sky_lamps(viewer)
+                .into_par_iter()
+                .map(draw(key_side / 2))
+                .collect(),
             center,
-            texel,
         }
     }
 
@@ -89,23 +93,21 @@ impl Lighting {
         normal: Vector3<f64>,
         to_viewer: Vector3<f64>,
     ) -> Light {
-        let lifted =
-            ((point - self.center) / self.texel).cast::<f32>() + face_normal.cast::<f32>() * LIFT;
-        let normal = normal.cast::<f32>();
-        let to_viewer = to_viewer.cast::<f32>();
+        let offset = (point - self.center).cast::<f32>();
+        let [lift, normal, to_viewer] =
+            [face_normal * f64::from(LIFT), normal, to_viewer].map(|v| v.cast::<f32>());
         let mut light = Light {
             diffuse: BOUNCED_IRRADIANCE,
             specular: 0.0,
         };
-        for lamp in &self.lamps {
-            let cosine = lamp.axes[0].dot(&normal);
-            if cosine <= 0.0 {
-                continue;
-            }
-            let received = lamp.irradiance * lamp.visibility(lifted);
-            light.diffuse += received * cosine;
-            if lamp.is_key && received > 0.0 {
-                let half = (lamp.axes[0] + to_viewer).normalize();
+        for pair in &self.sky {
+            light.diffuse += pair.received(offset, lift, normal);
+        }
+        for pair in &self.key {
+            let received = pair.received(offset, lift, normal);
+            if received > 0.0 {
+                let half = (pair.axes[0] + to_viewer).normalize();
+                light.diffuse += received;
                 light.specular += SPECULAR * received * half.dot(&normal).max(0.0).powi(SHININESS);
             }
         }
@@ -113,51 +115,109 @@ impl Lighting {
     }
 }
 
-impl Lamp {
-    /// The part of the lamp that `position` \[texels\] sees: four neighbouring texels' answers, interpolated.
-    fn visibility(&self, position: Vector3<f32>) -> f32 {
-        let height = self.axes[0].dot(&position);
-        let middle = 0.5 * (TEXELS - 1) as f32;
-        let last = (TEXELS - 2) as f32 + 0.999;
-        let [u, v] = [1, 2].map(|i| (self.axes[i].dot(&position) + middle).clamp(0.0, last));
+impl LampPair {
+    fn new(
+        direction: Vector3<f64>,
+        irradiance: [f32; 2],
+        side: usize,
+        faces: &[ShadedFace],
+        center: Point3<f64>,
+        radius: f64,
+    ) -> Self {
+        let axes = axes_about(direction);
+        let texels_per_metre = (side - 2) as f64 / (2.0 * radius);
+        let [towards, across, along] = axes.map(|axis| axis * texels_per_metre);
+        let middle = 0.5 * side as f64;
+        let mut heights = vec![[f32::NEG_INFINITY; 2]; side * side];
+        for face in faces {
+            let points = face.corners.map(|corner| {
+                let offset = corner - center;
+                GridPoint {
+                    position: [across.dot(&offset) + middle, along.dot(&offset) + middle],
+                    nearness: towards.dot(&offset),
+                }
+            });
+            if let Some(triangle) = GridTriangle::new(points, 0) {
+                triangle.for_each_sample(side, 0..side, |column, row, height| {
+                    let [first, opposite] = &mut heights[row * side + column];
+                    *first = first.max(height);
+                    *opposite = opposite.max(-height);
+                });
+            }
+        }
+        Self {
+            axes: axes.map(|axis| axis.cast()),
+            irradiance,
+            side,
+            texels_per_metre: texels_per_metre as f32,
+            heights,
+        }
+    }
+
+    /// The irradiance at a place (by its offset from the scene's centre \[m\], to be lifted by `lift` \[texels\])
+    /// with this unit normal from that lamp of the two which it faces.
+    #[inline]
+    fn received(&self, offset: Vector3<f32>, lift: Vector3<f32>, normal: Vector3<f32>) -> f32 {
+        let cosine = self.axes[0].dot(&normal);
+        let (lamp, sign) = if cosine > 0.0 { (0, 1.0) } else { (1, -1.0) };
+        let irradiance = self.irradiance[lamp];
+        if irradiance == 0.0 {
+            return 0.0;
+        }
+        let place = offset * self.texels_per_metre + lift;
+        let height = sign * self.axes[0].dot(&place);
+        let middle = 0.5 * (self.side - 1) as f32;
+        let last = (self.side - 2) as f32 + 0.999;
+        let [u, v] = [1, 2].map(|i| (self.axes[i].dot(&place) + middle).clamp(0.0, last));
         let (column, row) = (u as usize, v as usize);
         let (s, t) = (u - column as f32, v - row as f32);
-        let texel = row * TEXELS + column;
-        let sees = |index: usize| f32::from(u8::from(height >= self.heights[index]));
+        let texel = row * self.side + column;
+        // A surface half a texel above or below counts in part, so that shadows of faces on themselves fade out.
+        let sees = |index: usize| (height - self.heights[index][lamp] + 0.5).clamp(0.0, 1.0);
         let near = sees(texel) * (1.0 - s) + sees(texel + 1) * s;
-        let far = sees(texel + TEXELS) * (1.0 - s) + sees(texel + TEXELS + 1) * s;
-        near * (1.0 - t) + far * t
+        let far = sees(texel + self.side) * (1.0 - s) + sees(texel + self.side + 1) * s;
+        irradiance * cosine.abs() * (near * (1.0 - t) + far * t)
     }
 }
 
-/// Direction, irradiance and kind of every lamp.
-fn directions(viewer: &PictureAxes) -> Vec<(Vector3<f64>, f32, bool)> {
-    let key = (viewer.back * 0.72 + viewer.up * 0.75 - viewer.right * 0.52).normalize();
-    let [key, across, along] = axes_about(key);
-    let spiral = |index: usize| index as f64 * std::f64::consts::PI * (3.0 - 5f64.sqrt());
-    let mut lamps = Vec::with_capacity(SKY_LAMPS + KEY_LAMPS);
-    for index in 0..KEY_LAMPS {
-        // Vogel's sunflower: evenly over a disc.
+/// The golden angle: successive multiples spread evenly over a circle.
+fn golden_angle(index: usize) -> f64 {
+    index as f64 * std::f64::consts::PI * (3.0 - 5f64.sqrt())
+}
+
+/// Directions and irradiances of the key light: Vogel's sunflower over a disc.
+fn key_lamps(viewer: &PictureAxes) -> Vec<(Vector3<f64>, [f32; 2])> {
+    let key = viewer.back * 0.72 + viewer.up * 0.75 - viewer.right * 0.52;
+    let [key, across, along] = axes_about(key.normalize());
+    let lamp = |index| {
         let radius = KEY_SPREAD * ((index as f64 + 0.5) / KEY_LAMPS as f64).sqrt();
-        let (sine, cosine) = spiral(index).sin_cos();
+        let (sine, cosine) = golden_angle(index).sin_cos();
         let direction = (key + (across * cosine + along * sine) * radius).normalize();
-        lamps.push((direction, KEY_IRRADIANCE / KEY_LAMPS as f32, true));
-    }
-    // Of a uniform sphere of N lamps, a surface receives the mean of max(0, cos) = 1/4 each.
-    let per_lamp = 4.0 / SKY_LAMPS as f32;
+        (direction, [KEY_IRRADIANCE / KEY_LAMPS as f32, 0.0])
+    };
+    (0..KEY_LAMPS).map(lamp).collect()
+}
+
+/// Directions and irradiances of the pairs of the sky: the same spiral over a half sphere and its opposite.
+fn sky_lamps(viewer: &PictureAxes) -> Vec<(Vector3<f64>, [f32; 2])> {
     let [above, below] = SKY_IRRADIANCE;
-    for index in 0..SKY_LAMPS {
-        // The same spiral on a sphere.
-        let height = 1.0 - (2.0 * index as f64 + 1.0) / SKY_LAMPS as f64;
-        let (sine, cosine) = spiral(index).sin_cos();
+    // A radiance mean + slope h, linear in the height h of the lamp, has irradiance mean + 2/3 slope h on a surface
+    // whose normal has height h.
+    let (mean, slope) = (0.5 * (above + below), 0.75 * (above - below));
+    // Of a uniform sphere of N lamps, a surface receives the mean of max(0, cos) = 1/4 each.
+    let per_lamp = 4.0 / (2 * SKY_PAIRS) as f32;
+    let pair = |index| {
+        let height = (index as f64 + 0.5) / SKY_PAIRS as f64;
+        let (sine, cosine) = golden_angle(index).sin_cos();
         let ring = (1.0 - height * height).sqrt();
         let direction = viewer.up * height + (viewer.right * cosine + viewer.back * sine) * ring;
-        // A radiance linear in the height h has the irradiance (mean + 2/3 slope h): undo the factor.
-        let (mean, slope) = (0.5 * (above + below), 0.75 * (above - below));
-        let radiance = (mean + slope * height as f32).max(0.0);
-        lamps.push((direction, per_lamp * radiance, false));
-    }
-    lamps
+        let rise = slope * height as f32;
+        (
+            direction,
+            [mean + rise, mean - rise].map(|radiance| per_lamp * radiance),
+        )
+    };
+    (0..SKY_PAIRS).map(pair).collect()
 }
 
 /// `direction` and two unit vectors orthogonal to it and to each other.
@@ -171,7 +231,7 @@ fn axes_about(direction: Vector3<f64>) -> [Vector3<f64>; 3] {
     [direction, across, direction.cross(&across)]
 }
 
-/// A sphere that holds all faces: centre and radius \[m\], at least a micrometre.
+/// A sphere that holds all faces: centre and radius \[m\].
 fn bounding_sphere(faces: &[ShadedFace]) -> (Point3<f64>, f64) {
     let corners = || faces.iter().flat_map(|face| face.corners);
     let Some(first) = corners().next() else {
@@ -179,32 +239,61 @@ fn bounding_sphere(faces: &[ShadedFace]) -> (Point3<f64>, f64) {
     };
     let (low, high) = corners().fold((first, first), |(low, high), p| (low.inf(&p), high.sup(&p)));
     let center = low + 0.5 * (high - low);
-    let radius = corners().map(|p| (p - center).norm()).fold(1e-6, f64::max);
+    let radius = corners().map(|p| (p - center).norm()).fold(0.0, f64::max);
     (center, radius)
 }
 
-/// The height \[texels\] of the first surface under each texel, -infinity where there is none.
-fn depth_map(
-    faces: &[ShadedFace],
-    center: Point3<f64>,
-    texel: f64,
-    axes: &[Vector3<f64>; 3],
-) -> Vec<f32> {
-    let mut heights = vec![f32::NEG_INFINITY; TEXELS * TEXELS];
-    for face in faces {
-        let points = face.corners.map(|corner| {
-            let offset = (corner - center) / texel;
-            GridPoint {
-                position: [1, 2].map(|i| axes[i].dot(&offset) + 0.5 * TEXELS as f64),
-                nearness: axes[0].dot(&offset),
-            }
-        });
-        if let Some(triangle) = GridTriangle::new(points, 0) {
-            triangle.for_each_sample(TEXELS, 0..TEXELS, |column, row, height| {
-                let seen = &mut heights[row * TEXELS + column];
-                *seen = seen.max(height);
-            });
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const VIEWER: fn() -> PictureAxes = || PictureAxes {
+        right: Vector3::x(),
+        up: Vector3::z(),
+        back: -Vector3::y(),
+    };
+
+    fn triangle(corners: [[f64; 3]; 3]) -> ShadedFace {
+        ShadedFace {
+            corners: corners.map(Point3::from),
+            normals: [Vector3::z(); 3],
         }
     }
-    heights
+
+    #[test]
+    fn the_open_sky_gives_the_irradiance_that_it_is_meant_to() {
+        let sky = sky_lamps(&VIEWER());
+        for (normal, expected) in [
+            (Vector3::z(), SKY_IRRADIANCE[0]),
+            (-Vector3::z(), SKY_IRRADIANCE[1]),
+            (Vector3::x(), 0.5 * (SKY_IRRADIANCE[0] + SKY_IRRADIANCE[1])),
+        ] {
+            let sum: f32 = sky
+                .iter()
+                .map(|(direction, [first, opposite])| {
+                    let cosine = direction.dot(&normal) as f32;
+                    first * cosine.max(0.0) + opposite * (-cosine).max(0.0)
+                })
+                .sum();
+            // The error of some 100 directions in place of all.
+            assert!((sum - expected).abs() < 0.02, "{sum} {expected}");
+        }
+    }
+
+    #[test]
+    fn a_roof_takes_the_light_from_above_only() {
+        let floor = triangle([[-1.0, -1.0, 0.0], [1.0, -1.0, 0.0], [0.0, 1.5, 0.0]]);
+        let roof = triangle([[-9.0, -9.0, 0.3], [9.0, -9.0, 0.3], [0.0, 9.0, 0.3]]);
+        let up = Vector3::z();
+        let open = Lighting::new(&[floor], &VIEWER(), 900);
+        let bare = open.at(Point3::origin(), up, up, up).diffuse;
+        let unshaded = SKY_IRRADIANCE[0] + BOUNCED_IRRADIANCE;
+        assert!(bare > unshaded, "{bare}");
+        let floor = triangle([[-1.0, -1.0, 0.0], [1.0, -1.0, 0.0], [0.0, 1.5, 0.0]]);
+        let covered = Lighting::new(&[floor, roof], &VIEWER(), 900);
+        let below = covered.at(Point3::origin(), up, up, up).diffuse;
+        assert!(below < 0.25 * bare, "{below} {bare}");
+        let on_top = covered.at(Point3::new(0.0, 0.0, 0.3), up, up, up).diffuse;
+        assert!((on_top - bare).abs() < 0.02, "{on_top} {bare}");
+    }
 }

@@ -45,7 +45,7 @@ pub fn render(
         colors.resize(faces.len(), surface.color.to_linear());
     }
     let painter = Painter {
-        lighting: Lighting::new(&faces, &projection.axes),
+        lighting: Lighting::new(&faces, &projection.axes, width.max(height)),
         faces: &faces,
         colors: &colors,
         projection: &projection,
@@ -216,7 +216,17 @@ impl Painter<'_> {
         let light = self
             .lighting
             .at(point, face_normal * side, normal * side, -sight);
-        self.colors[face as usize].map(|channel| channel * light.diffuse + light.specular)
+        self.colors[face as usize].map(|channel| expose(channel * light.diffuse + light.specular))
+    }
+}
+
+/// Light as the picture holds it: unchanged up to a knee, then bent so that no highlight is cut off at white.
+fn expose(light: f32) -> f32 {
+    const KNEE: f32 = 0.6;
+    if light <= KNEE {
+        light
+    } else {
+        KNEE + (1.0 - KNEE) * ((light - KNEE) / (1.0 - KNEE)).tanh()
     }
 }
 
