@@ -144,7 +144,7 @@ pub struct HandScratch {
     pub body_poses: Vec<graspd_geom::Rigid<f64>>,
     /// Force on each body, object frame.
     pub(crate) forces: Vec<Vec3<f64>>,
-    /// Torque on each body about the origin of the object frame.
+    /// Torque on each body about a point that the hand chooses, such as the origin of that body.
     pub(crate) torques: Vec<Vec3<f64>>,
 }
 

@@ -1,0 +1,327 @@
+//! The Allegro hand (right): four fingers of four joints each.
+//!
+//! # Source
+//! Joint frames, axes, limits and the outlines of the links: the dimensions that the maker, Wonik Robotics, publishes
+//! in its description of the hand (version 3, `simlab_allegro_hand_ros`).
+
+use std::f64::consts::PI;
+
+use graspd_geom::{Quaternion, Rigid, TriangleMesh, Vec3};
+use nalgebra::{Point3, UnitQuaternion, Vector3};
+
+use crate::articulated::{HandDescription, HandOptions};
+use crate::outline::{extruded, revolved, rounded_rectangle};
+use crate::part::Part;
+use crate::{ArticulatedHand, HandError, Joint, JointKind, KinematicTree, Limit, PalmFrame};
+
+/// Half width of a finger across its bending plane \[m\].
+const HALF_WIDTH: f64 = 0.0135;
+/// Half depth of a finger in its bending plane \[m\].
+const HALF_DEPTH: f64 = 0.0098;
+/// Front and back of the palm \[m\].
+const PALM_X: [f64; 2] = [-0.0295, 0.0113];
+/// Radius of the finger tips \[m\].
+const TIP_RADIUS: f64 = 0.012;
+/// Height of a tip's cylindrical part below its center \[m\].
+const TIP_BASE: f64 = 0.011;
+/// Segments of a rounded corner, and a quarter of those around a tip.
+const CORNER_SEGMENTS: usize = 6;
+
+/// The right Allegro hand.
+///
+/// The base frame is that of the maker's `base_link`: x out of the palm, z towards the fingers, y towards the
+/// index finger and the thumb. `joint_0.0` ... `joint_3.0` move the index finger (abduction, then three bends),
+/// `joint_4.0` ... the middle finger, `joint_8.0` ... the little finger, `joint_12.0` ... the thumb.
+///
+/// Fully open: all fingers straight and parallel. The thumb's base joint (`joint_12.0`) is turned 1.0 rad into
+/// opposition, where bending brings its tip in front of the fingers, and its other joints are straight, so that
+/// it points sideways out of the way of an approaching object.
+///
+/// # Errors
+/// [`HandError::BadOption`].
+pub fn allegro(options: &HandOptions) -> Result<ArticulatedHand, HandError> {
+    let (mut links, mut joints) = (vec!["base_link".to_owned()], Vec::new());
+    for (finger, (y, z, tilt)) in FINGERS.into_iter().enumerate() {
+        let first = 4 * finger;
+        let knuckle = placed([0.0, y, z], [tilt, 0.0, 0.0]);
+        add_joint(
+            &mut links,
+            &mut joints,
+            first,
+            "base_link",
+            knuckle,
+            Z,
+            [-0.47, 0.47],
+        );
+        for (bend, (height, limits)) in FINGER_BENDS.into_iter().enumerate() {
+            let parent = format!("link_{}.0", first + bend);
+            let origin = placed([0.0, 0.0, height], [0.0; 3]);
+            add_joint(
+                &mut links,
+                &mut joints,
+                first + 1 + bend,
+                &parent,
+                origin,
+                Y,
+                limits,
+            );
+        }
+        add_tip(&mut links, &mut joints, first + 3, 0.0267);
+    }
+    for (index, joint) in THUMB.iter().enumerate() {
+        let parent = match index {
+            0 => "base_link".to_owned(),
+            _ => format!("link_{}.0", 11 + index),
+        };
+        let origin = placed(joint.position, joint.roll_pitch_yaw);
+        let number = 12 + index;
+        add_joint(&mut links, &mut joints, number, &parent, origin, joint.axis, joint.limits);
+    }
+    add_tip(&mut links, &mut joints, 15, 0.0423);
+
+    let tree = KinematicTree::new(&links, &joints)?;
+    let body_of = |name: &str| {
+        tree.body_names()
+            .iter()
+            .position(|b| b == name)
+            .unwrap_or(0)
+    };
+    let mut parts: Vec<Part> = base_meshes().map(|mesh| Part { body: 0, mesh }).into();
+    for joint in 0..16 {
+        let body = body_of(&format!("link_{joint}.0"));
+        parts.extend(
+            link_meshes(joint)
+                .into_iter()
+                .map(|mesh| Part { body, mesh }),
+        );
+    }
+    let mut open = vec![0.0; 16];
+    open[12] = OPEN_THUMB_ROTATION;
+    let description = HandDescription {
+        name: "allegro".to_owned(),
+        tree,
+        parts,
+        open,
+        palm: PalmFrame {
+            center: Point3::new(PALM_X[1], 0.0, -0.0215),
+            normal: Vector3::x(),
+            fingers: Vector3::z(),
+        },
+        notes: Vec::new(),
+    };
+    ArticulatedHand::new(description, options)
+}
+
+/// `joint_12.0` of the open hand \[rad\].
+const OPEN_THUMB_ROTATION: f64 = 1.0;
+
+const Y: [f64; 3] = [0.0, 1.0, 0.0];
+const Z: [f64; 3] = [0.0, 0.0, 1.0];
+
+/// Position along y and z of the abduction joints, and their tilt about x: 5 degrees for the outer ones.
+const FINGERS: [(f64, f64, f64); 3] = [
+    (0.0435, -0.001542, -0.08726646255),
+    (0.0, 0.0007, 0.0),
+    (-0.0435, -0.001542, 0.08726646255),
+];
+
+/// Height above the previous joint, and limits, of the three bending joints of a finger.
+const FINGER_BENDS: [(f64, [f64; 2]); 3] = [
+    (0.0164, [-0.196, 1.61]),
+    (0.054, [-0.174, 1.709]),
+    (0.0384, [-0.227, 1.618]),
+];
+
+/// A joint of the thumb.
+struct ThumbJoint {
+    position: [f64; 3],
+    roll_pitch_yaw: [f64; 3],
+    axis: [f64; 3],
+    limits: [f64; 2],
+}
+
+const THUMB: [ThumbJoint; 4] = [
+    ThumbJoint {
+        position: [-0.0182, 0.019333, -0.045987],
+        roll_pitch_yaw: [0.0, -1.65806278845, -1.5707963259],
+        axis: [-1.0, 0.0, 0.0],
+        limits: [0.263, 1.396],
+    },
+    ThumbJoint {
+        position: [-0.027, 0.005, 0.0399],
+        roll_pitch_yaw: [0.0; 3],
+        axis: Z,
+        limits: [-0.105, 1.163],
+    },
+    ThumbJoint {
+        position: [0.0, 0.0, 0.0177],
+        roll_pitch_yaw: [0.0; 3],
+        axis: Y,
+        limits: [-0.189, 1.644],
+    },
+    ThumbJoint {
+        position: [0.0, 0.0, 0.0514],
+        roll_pitch_yaw: [0.0; 3],
+        axis: Y,
+        limits: [-0.162, 1.719],
+    },
+];
+
+fn placed(position: [f64; 3], [roll, pitch, yaw]: [f64; 3]) -> Rigid<f64> {
+    let rotation = UnitQuaternion::from_euler_angles(roll, pitch, yaw);
+    Rigid {
+        rotation: Quaternion::from(rotation).to_matrix(),
+        translation: position.into(),
+    }
+}
+
+fn add_joint(
+    links: &mut Vec<String>,
+    joints: &mut Vec<Joint>,
+    number: usize,
+    parent: &str,
+    origin: Rigid<f64>,
+    axis: [f64; 3],
+    [lower, upper]: [f64; 2],
+) {
+    let child = format!("link_{number}.0");
+    joints.push(Joint {
+        name: format!("joint_{number}.0"),
+        kind: JointKind::Revolute,
+        parent: parent.to_owned(),
+        child: child.clone(),
+        origin,
+        axis: axis.into(),
+        limit: Limit { lower, upper },
+        mimic: None,
+    });
+    links.push(child);
+}
+
+fn add_tip(links: &mut Vec<String>, joints: &mut Vec<Joint>, number: usize, height: f64) {
+    let child = format!("link_{number}.0_tip");
+    joints.push(Joint {
+        name: format!("joint_{number}.0_tip"),
+        kind: JointKind::Fixed,
+        parent: format!("link_{number}.0"),
+        child: child.clone(),
+        origin: placed([0.0, 0.0, height], [0.0; 3]),
+        axis: Vec3::zero(),
+        limit: Limit::UNLIMITED,
+        mimic: None,
+    });
+    links.push(child);
+}
+
+/// The palm as three convex plates: the knuckles, the heel below them beside the thumb, and the mounting flange.
+fn base_meshes() -> [TriangleMesh; 3] {
+    let plate = |outline: &[[f64; 2]]| {
+        // Outlines are in (y, z), extruded along x.
+        extruded(outline, PALM_X[0], PALM_X[1], |y, z, x| {
+            Point3::new(x, y, z)
+        })
+    };
+    [
+        plate(&[
+            [-0.0535, -0.0435],
+            [0.0535, -0.0435],
+            [0.0563, -0.011],
+            [0.0563, -0.002],
+            [0.054, 0.0],
+            [-0.054, 0.0],
+            [-0.0563, -0.002],
+            [-0.0563, -0.011],
+        ]),
+        plate(&[
+            [-0.031, -0.088],
+            [-0.001, -0.088],
+            [0.0016, -0.0425],
+            [-0.0535, -0.0425],
+            [-0.0509, -0.0692],
+            [-0.0482, -0.0757],
+            [-0.0412, -0.0821],
+        ]),
+        plate(&[
+            [-0.027, -0.095],
+            [0.029, -0.095],
+            [0.029, -0.086],
+            [-0.001, -0.0785],
+            [-0.033, -0.08],
+            [-0.0295, -0.089],
+        ]),
+    ]
+}
+
+/// The parts of `link_<joint>.0`, with the finger tip where there is one.
+fn link_meshes(joint: usize) -> Vec<TriangleMesh> {
+    // A finger link is its outline in the bending plane (x forwards, z along the finger), rounded where it turns
+    // in its neighbour: radii of the corners front top, back top, back bottom, front bottom in mm.
+    let link = |low: f64, high: f64, radii_mm: [f64; 4]| {
+        let outline = rounded_rectangle(
+            [low, high],
+            [-HALF_DEPTH, HALF_DEPTH],
+            radii_mm.map(|r| 1e-3 * r),
+            CORNER_SEGMENTS,
+        );
+        // (u, v, w) = (z, x, y) is right-handed.
+        extruded(&outline, -HALF_WIDTH, HALF_WIDTH, |z, x, y| {
+            Point3::new(x, y, z)
+        })
+    };
+    // `rounded_rectangle` goes (high z, high x), (high z, low x), (low z, low x), (low z, high x).
+    match joint {
+        0 | 4 | 8 => vec![link(0.0, 0.022, [14.3, 3.0, 0.0, 0.0])],
+        1 | 5 | 9 => vec![link(-0.0088, 0.0628, [5.0; 4])],
+        2 | 6 | 10 => vec![link(-0.0063, 0.0472, [5.0, 5.0, 3.0, 14.3])],
+        3 | 7 | 11 => vec![link(-0.0063, 0.0157, [0.0, 0.0, 3.0, 14.3]), tip(0.0267)],
+        12 => thumb_base_meshes(),
+        13 => vec![link(-0.0002, 0.0218, [14.3, 3.0, 0.0, 0.0])],
+        14 => vec![link(-0.0088, 0.0577, [14.3, 3.0, 5.0, 5.0])],
+        _ => vec![link(-0.0088, 0.0313, [0.0, 0.0, 5.0, 5.0]), tip(0.0423)],
+    }
+}
+
+/// A cylinder with a hemisphere on it, whose center is at `height`.
+fn tip(height: f64) -> TriangleMesh {
+    let mut profile = vec![[0.0, height - TIP_BASE], [TIP_RADIUS, height - TIP_BASE]];
+    for step in 0..CORNER_SEGMENTS {
+        let (sine, cosine) = (0.5 * PI * step as f64 / CORNER_SEGMENTS as f64).sin_cos();
+        profile.push([TIP_RADIUS * cosine, height + TIP_RADIUS * sine]);
+    }
+    profile.push([0.0, height + TIP_RADIUS]);
+    revolved(&profile, 4 * CORNER_SEGMENTS as u32)
+}
+
+/// The thumb's base: the block that turns about x, its axle, and the column that carries the next joint.
+fn thumb_base_meshes() -> Vec<TriangleMesh> {
+    let block = |y: [f64; 2], z: [f64; 2], x: [f64; 2], radii_mm: [f64; 4]| {
+        let outline = rounded_rectangle(y, z, radii_mm.map(|r| 1e-3 * r), CORNER_SEGMENTS);
+        extruded(&outline, x[0], x[1], |y, z, x| Point3::new(x, y, z))
+    };
+    vec![
+        block(
+            [-0.008, 0.026],
+            [-0.008, 0.013],
+            [-0.0358, 0.0],
+            [0.0, 0.0, 8.0, 3.0],
+        ),
+        block(
+            [-0.0048, 0.025],
+            [0.012, 0.0205],
+            [-0.0358, 0.0],
+            [3.0, 0.0, 0.0, 0.0],
+        ),
+        block(
+            [-0.006, 0.006],
+            [-0.006, 0.006],
+            [-0.0392, 0.0055],
+            [6.0; 4],
+        ),
+        block(
+            [-0.0048, 0.0148],
+            [0.0195, 0.0383],
+            [-0.0358, 0.0],
+            [0.0; 4],
+        ),
+    ]
+}
