@@ -33,9 +33,9 @@ const CORNER_SEGMENTS: usize = 6;
 /// index finger and the thumb. `joint_0.0` ... `joint_3.0` move the index finger (abduction, then three bends),
 /// `joint_4.0` ... the middle finger, `joint_8.0` ... the little finger, `joint_12.0` ... the thumb.
 ///
-/// Fully open: all fingers straight and parallel. The thumb's base joint (`joint_12.0`) is turned 1.0 rad into
-/// opposition, where bending brings its tip in front of the fingers, and its other joints are straight, so that
-/// it points sideways out of the way of an approaching object.
+/// Fully open: all joints at 0 (fingers straight), but the thumb's base joint (`joint_12.0`), which cannot reach 0, in
+/// the middle of its range: the straight thumb then points forwards beside the space before the palm, and bending it
+/// brings its tip opposite to the fingers'.
 ///
 /// # Errors
 /// [`HandError::BadOption`].
@@ -75,7 +75,15 @@ pub fn allegro(options: &HandOptions) -> Result<ArticulatedHand, HandError> {
         };
         let origin = placed(joint.position, joint.roll_pitch_yaw);
         let number = 12 + index;
-        add_joint(&mut links, &mut joints, number, &parent, origin, joint.axis, joint.limits);
+        add_joint(
+            &mut links,
+            &mut joints,
+            number,
+            &parent,
+            origin,
+            joint.axis,
+            joint.limits,
+        );
     }
     add_tip(&mut links, &mut joints, 15, 0.0423);
 
@@ -96,7 +104,7 @@ pub fn allegro(options: &HandOptions) -> Result<ArticulatedHand, HandError> {
         );
     }
     let mut open = vec![0.0; 16];
-    open[12] = OPEN_THUMB_ROTATION;
+    open[12] = tree.limits()[12].middle();
     let description = HandDescription {
         name: "allegro".to_owned(),
         tree,
@@ -111,9 +119,6 @@ pub fn allegro(options: &HandOptions) -> Result<ArticulatedHand, HandError> {
     };
     ArticulatedHand::new(description, options)
 }
-
-/// `joint_12.0` of the open hand \[rad\].
-const OPEN_THUMB_ROTATION: f64 = 1.0;
 
 const Y: [f64; 3] = [0.0, 1.0, 0.0];
 const Z: [f64; 3] = [0.0, 0.0, 1.0];

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use graspd_geom::{Rigid, TriangleMesh, Vec3};
+use graspd_geom::{Rigid, SignedDistance, TriangleMesh, Vec3};
 use nalgebra::Isometry3;
 
 use crate::contact_points::{self, SurfacePoint};
@@ -105,7 +105,8 @@ impl ArticulatedHand {
     /// Spreads contact points and spheres over the described hand.
     ///
     /// # Errors
-    /// [`HandError::BadOption`], or [`HandError::NoGeometry`] where there is no surface to touch with.
+    /// [`HandError::BadOption`], [`HandError::OpenPart`], or [`HandError::NoGeometry`] where there is no surface to
+    /// touch with.
     ///
     /// # Panics
     /// If `description.open` or a part's body does not fit the tree.
@@ -115,8 +116,18 @@ impl ArticulatedHand {
         assert_eq!(description.open.len(), tree.articulation_names().len());
         let mut poses = vec![Rigid::identity(); tree.body_count()];
         tree.forward(&Rigid::identity(), &description.open, &mut poses);
-        let points = contact_points::spread(&description.parts, &poses, options)?;
-        let spheres = self_collision::fit(&description, &points, &poses, options);
+        let solids = description
+            .parts
+            .iter()
+            .map(|part| {
+                SignedDistance::new(&part.mesh).map_err(|error| HandError::OpenPart {
+                    body: tree.body_names()[part.body].clone(),
+                    error,
+                })
+            })
+            .collect::<Result<Vec<_>, _>>()?;
+        let points = contact_points::spread(&description.parts, &solids, &poses, options)?;
+        let spheres = self_collision::fit(&description, &solids, &points, &poses, options);
         Ok(Self::assemble(description, points, spheres))
     }
 

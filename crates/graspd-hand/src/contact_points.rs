@@ -2,13 +2,12 @@
 
 use std::ops::Range;
 
-use graspd_geom::{Rigid, TriangleMesh, Vec3};
+use graspd_geom::{Rigid, SignedDistance, TriangleMesh, Vec3};
 use nalgebra::{Isometry3, Point3, Vector3};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use crate::part::Part;
-use crate::solid::Solid;
 use crate::{HandError, HandOptions, POINT_PADDING};
 
 /// A surface point is buried if the point this far above it is inside another part \[m\]: nothing fits in between.
@@ -28,6 +27,7 @@ pub(crate) struct SurfacePoint {
 /// the given poses: points buried inside another part are left out. Sorted by body.
 pub(crate) fn spread(
     parts: &[Part],
+    solids: &[SignedDistance],
     poses: &[Rigid<f64>],
     options: &HandOptions,
 ) -> Result<Vec<SurfacePoint>, HandError> {
@@ -35,7 +35,6 @@ pub(crate) fn spread(
     if !(area > 0.0 && area.is_finite()) {
         return Err(HandError::NoGeometry);
     }
-    let solids: Vec<Solid> = parts.iter().map(|part| Solid::new(&part.mesh)).collect();
     let motions: Vec<Isometry3<f64>> = poses.iter().map(|&pose| pose.into()).collect();
     let spread_with = |density: f64| {
         let mut points = Vec::new();
@@ -48,7 +47,7 @@ pub(crate) fn spread(
                 samples
                     .into_iter()
                     .filter(|&(position, normal)| {
-                        is_exposed(index, position, normal, parts, &solids, &motions)
+                        is_exposed(index, position, normal, parts, solids, &motions)
                     })
                     .map(|(position, normal)| SurfacePoint {
                         body: part.body,
@@ -75,7 +74,7 @@ fn is_exposed(
     position: Point3<f64>,
     normal: Vector3<f64>,
     parts: &[Part],
-    solids: &[Solid],
+    solids: &[SignedDistance],
     motions: &[Isometry3<f64>],
 ) -> bool {
     let body = parts[index].body;
@@ -91,11 +90,17 @@ fn is_exposed(
                     motions[other_body].inverse_transform_point(&(motions[body] * p))
                 }
             };
-            let is_buried = solids[other].signed_distance(into_other(above)) < 0.0;
+            let (low, high) = solids[other].bounds();
+            let (above, position) = (into_other(above), into_other(position));
+            if (low - position).sup(&(position - high)).max() > CLEARANCE {
+                return true;
+            }
             // Where two parts share a stretch of surface, the first one keeps it.
             let is_shared = other < index
-                && solids[other].signed_distance(into_other(position)).abs() < SAME_SURFACE;
-            !is_buried && !is_shared
+                && solids[other]
+                    .closest_within(&position, SAME_SURFACE)
+                    .is_some();
+            !is_shared && !solids[other].is_inside(&above)
         })
 }
 
@@ -140,7 +145,7 @@ fn sample_evenly(
     let mut radius_squared = 0.7 * area / count as f64;
     let mut points: Vec<(Point3<f64>, Vector3<f64>)> = Vec::new();
     while points.len() < count {
-        for _ in 0..20 * count {
+        for _ in 0..4 * count {
             let target = area * random.random::<f64>();
             let face = cumulative
                 .partition_point(|&a| a < target)

@@ -1,6 +1,6 @@
 //! What can be wrong with a hand.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 /// Why a hand could not be built or loaded.
 #[derive(Debug, thiserror::Error)]
@@ -176,6 +176,14 @@ pub enum HandError {
         /// What is wrong with it.
         fault: String,
     },
+    /// A part that is not a closed, outward oriented surface.
+    #[error("a part of `{body}` is not a closed surface with outward faces ({error}); repair it")]
+    OpenPart {
+        /// The body.
+        body: String,
+        /// What is wrong with its mesh.
+        error: graspd_geom::DistanceError,
+    },
     /// A hand without any surface.
     #[error(
         "has no collision or visual geometry, so that nothing could touch; add some to its links"
@@ -191,14 +199,4 @@ pub enum HandError {
         /// What it may be.
         remedy: &'static str,
     },
-}
-
-impl HandError {
-    /// The same error, said of a file.
-    pub(crate) fn in_file(self, file: &Path) -> Self {
-        Self::InFile {
-            file: file.to_path_buf(),
-            error: Box::new(self),
-        }
-    }
 }

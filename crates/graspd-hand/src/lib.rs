@@ -3,6 +3,7 @@
 mod allegro;
 mod articulated;
 mod articulated_kinematics;
+mod builtin;
 mod contact_points;
 mod error;
 mod hand;
@@ -11,11 +12,11 @@ mod limits;
 mod outline;
 mod part;
 mod self_collision;
-mod solid;
 mod tree;
 
 pub use allegro::allegro;
 pub use articulated::{ArticulatedHand, HandDescription, HandOptions};
+pub use builtin::{BUILTIN_HANDS, BuiltinHand, builtin_hand, load_hand};
 pub use error::HandError;
 pub use hand::{
     CollisionSpheres, ContactPoints, Hand, HandPose, HandScratch, Kinematics, Limit, POINT_PADDING,

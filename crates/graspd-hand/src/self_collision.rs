@@ -1,20 +1,20 @@
 //! Spheres that stand for a hand of rigid links where it might intersect itself.
 
-use graspd_geom::{Rigid, Vec3};
+use graspd_geom::{Rigid, SignedDistance, Vec3};
 use nalgebra::{Point3, Vector3};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
 use crate::articulated::HandDescription;
 use crate::contact_points::SurfacePoint;
-use crate::part::Part;
-use crate::solid::Solid;
 use crate::{HandOptions, KinematicTree};
 
 /// Radius below which a sphere is not worth its cost \[m\].
 const SMALLEST_RADIUS: f64 = 2e-3;
 /// Candidate centers along the longest side of a part.
-const CANDIDATES_PER_SIDE: f64 = 13.0;
+const CANDIDATES_PER_SIDE: f64 = 10.0;
+/// Attempts to move a candidate center towards the medial axis.
+const CLIMBING_STEPS: usize = 8;
 /// What counts as the gap between a surface point and the spheres of a body that has none yet \[m\].
 const LARGEST_GAP: f64 = 0.02;
 /// Articulations tried when deciding which bodies can meet.
@@ -22,7 +22,7 @@ const SAMPLED_ARTICULATIONS: usize = 2000;
 /// Bodies whose spheres overlap in this share of all articulations are neighbours that always touch.
 const ALWAYS: f64 = 0.9;
 /// Spheres that never came this close in any articulation tried are left unpaired \[m\].
-const NEVER_CLOSER: f64 = 5e-3;
+const NEVER_CLOSER: f64 = 0.015;
 
 /// A sphere fixed to a body.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -40,13 +40,18 @@ pub(crate) struct Sphere {
 /// bodies' poses in the open hand.
 pub(crate) fn fit(
     description: &HandDescription,
+    solids: &[SignedDistance],
     surface: &[SurfacePoint],
     open_poses: &[Rigid<f64>],
     options: &HandOptions,
 ) -> (Vec<Sphere>, Vec<[u32; 2]>) {
     let bodies = description.tree.body_count();
     let mut fits: Vec<BodyFit> = (0..bodies)
-        .map(|body| BodyFit::new(body, &description.parts, surface))
+        .map(|body| {
+            let parts = description.parts.iter().zip(solids);
+            let own = parts.filter(|(part, _)| part.body == body);
+            BodyFit::new(body, own.map(|(_, solid)| solid), surface)
+        })
         .collect();
     let mut spheres = Vec::new();
     while spheres.len() < options.collision_spheres {
@@ -63,7 +68,6 @@ pub(crate) fn fit(
 
 /// The greedy choice within one body.
 struct BodyFit {
-    body: usize,
     surface: Vec<Vec3<f64>>,
     gaps: Vec<f64>,
     candidates: Vec<Sphere>,
@@ -72,15 +76,17 @@ struct BodyFit {
 }
 
 impl BodyFit {
-    fn new(body: usize, parts: &[Part], surface: &[SurfacePoint]) -> Self {
+    fn new<'a>(
+        body: usize,
+        solids: impl Iterator<Item = &'a SignedDistance>,
+        surface: &[SurfacePoint],
+    ) -> Self {
         let on_body = surface.iter().filter(|point| point.body == body);
         let surface: Vec<Vec3<f64>> = on_body.map(|point| point.position).collect();
-        let own = parts.iter().filter(|part| part.body == body);
         let mut fit = Self {
-            body,
             gaps: vec![LARGEST_GAP; surface.len()],
             surface,
-            candidates: own.flat_map(inscribed).collect(),
+            candidates: solids.flat_map(|solid| inscribed(solid, body)).collect(),
             best: None,
         };
         fit.find_best();
@@ -113,7 +119,6 @@ impl BodyFit {
             *gap = gap.min(gap_to(&sphere, *point));
         }
         self.find_best();
-        debug_assert_eq!(sphere.body, self.body);
         Some(sphere)
     }
 }
@@ -123,12 +128,10 @@ fn gap_to(sphere: &Sphere, point: Vec3<f64>) -> f64 {
 }
 
 /// Spheres inside a part that touch its surface, about a grid of centers that climb towards the medial axis.
-fn inscribed(part: &Part) -> Vec<Sphere> {
-    let solid = Solid::new(&part.mesh);
+fn inscribed(solid: &SignedDistance, body: usize) -> Vec<Sphere> {
     let (low, high) = solid.bounds();
     let (center, size) = (nalgebra::center(&low, &high), high - low);
     let spacing = size.max() / CANDIDATES_PER_SIDE;
-    let depth = |p: Point3<f64>| -solid.signed_distance(p);
     // As many steps to either side, so that planes of symmetry carry candidates.
     let steps = size.map(|side| (0.5 * side / spacing).floor() as i32);
     let mut spheres = Vec::new();
@@ -136,15 +139,10 @@ fn inscribed(part: &Part) -> Vec<Sphere> {
         for j in -steps.y..=steps.y {
             for k in -steps.z..=steps.z {
                 let offset = Vector3::new(f64::from(i), f64::from(j), f64::from(k));
-                let start = center + spacing * offset;
-                if depth(start) <= 0.0 {
-                    continue;
-                }
-                let center = climb(start, 0.5 * spacing, &depth);
-                let radius = depth(center);
+                let (center, radius) = climb(solid, center + spacing * offset, 0.5 * spacing);
                 if radius >= SMALLEST_RADIUS {
                     spheres.push(Sphere {
-                        body: part.body,
+                        body,
                         center: center.into(),
                         radius,
                     });
@@ -155,25 +153,25 @@ fn inscribed(part: &Part) -> Vec<Sphere> {
     spheres
 }
 
-/// Moves uphill by steps along the axes, halving the step when none leads higher.
-fn climb(start: Point3<f64>, step: f64, depth: &impl Fn(Point3<f64>) -> f64) -> Point3<f64> {
-    let (mut position, mut step, mut best) = (start, step, depth(start));
-    let smallest = step / 16.0;
-    while step >= smallest {
-        let neighbours = (0..6).map(|k| {
-            let mut moved = position;
-            moved[k / 2] += if k % 2 == 0 { step } else { -step };
-            (depth(moved), moved)
-        });
-        match neighbours.max_by(|a, b| a.0.total_cmp(&b.0)) {
-            // A rise worth the name: on plateaus candidates stay where they are.
-            Some((value, moved)) if value > best + 0.1 * step => {
-                (best, position) = (value, moved);
-            }
-            _ => step *= 0.5,
+/// Moves away from the nearest surface while that leads deeper, halving the step where it does not; gives the
+/// point reached and its depth, which is negative for a start outside.
+fn climb(solid: &SignedDistance, start: Point3<f64>, step: f64) -> (Point3<f64>, f64) {
+    let (mut position, mut step) = (start, step);
+    let (mut distance, mut outward) = solid.distance_and_gradient(&start);
+    if distance >= 0.0 {
+        return (start, -distance);
+    }
+    for _ in 0..CLIMBING_STEPS {
+        let moved = position - step * outward;
+        let (moved_distance, moved_outward) = solid.distance_and_gradient(&moved);
+        // Half the full gain: across the medial axis the rise is less, on a plateau of it there is none.
+        if moved_distance < distance - 0.5 * step {
+            (position, distance, outward) = (moved, moved_distance, moved_outward);
+        } else {
+            step *= 0.5;
         }
     }
-    position
+    (position, -distance)
 }
 
 /// Pairs of spheres that can come close and belong to bodies that do not always touch.
