@@ -6,6 +6,8 @@ mod error;
 mod io;
 mod mass;
 mod mesh;
+#[cfg(feature = "testing")]
+mod parry_bridge;
 mod rigid;
 mod sdf;
 #[cfg(feature = "testing")]
@@ -18,6 +20,8 @@ pub use error::GeometryError;
 pub use io::{load_mesh, save_mesh, save_obj, save_off, save_stl};
 pub use mass::{MassProperties, signed_volume};
 pub use mesh::TriangleMesh;
+#[cfg(feature = "testing")]
+pub use parry_bridge::parry_signed_distance;
 pub use rigid::{Mat3, Quaternion, Rigid, Vec3};
 pub use sdf::SdfGrid;
 #[cfg(feature = "testing")]

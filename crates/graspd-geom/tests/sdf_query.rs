@@ -24,9 +24,8 @@ fn wavy() -> SdfGrid {
 /// A point in or around the box of [`wavy`], at least 1e-4 cells from cell faces, by cell and place in it.
 fn off_faces() -> impl Strategy<Value = Vec3<f64>> {
     let axis = |cells: i32| (-2..cells + 2, 1e-4..1.0 - 1e-4).prop_map(|(c, at)| f64::from(c) + at);
-    (axis(6), axis(4), axis(5)).prop_map(|(x, y, z)| {
-        Vec3::new(-0.4 + 0.125 * x, 0.2 + 0.25 * y, 1.0 + 0.5 * z)
-    })
+    (axis(6), axis(4), axis(5))
+        .prop_map(|(x, y, z)| Vec3::new(-0.4 + 0.125 * x, 0.2 + 0.25 * y, 1.0 + 0.5 * z))
 }
 
 fn lift<T: Real, const N: usize>(p: Vec3<T>) -> Vec3<Dual<T, N>> {
@@ -130,7 +129,12 @@ fn nodes_are_met_and_trilinear_functions_reproduced() {
     let function = |p: Vec3<f64>| 0.5 + p.x - 2.0 * p.y + p.z * p.x + 4.0 * p.x * p.y * p.z;
     let (origin, spacing) = (Vec3::zero(), Vec3::new(0.25, 0.5, 1.0));
     let grid = SdfGrid::from_function(origin, spacing, [5, 3, 2], function).unwrap();
-    for p in [[0.1, 0.2, 0.3], [0.9, 0.9, 0.9], [0.25, 0.5, 0.0], [1.0, 1.0, 1.0]] {
+    for p in [
+        [0.1, 0.2, 0.3],
+        [0.9, 0.9, 0.9],
+        [0.25, 0.5, 0.0],
+        [1.0, 1.0, 1.0],
+    ] {
         let p = Vec3::from(p);
         let (distance, gradient) = grid.distance_and_gradient(p);
         assert!((distance - function(p)).abs() < ROUNDING);
@@ -151,7 +155,11 @@ fn outside_the_value_at_the_nearest_point_of_the_box_and_the_distance_to_it_add_
     let (low, high) = grid.bounds();
     for far in [1e-9, 0.01, 1.0, 1e3] {
         // Beyond a face, an edge and a corner.
-        for beyond in [[0.0, 0.0, 1.0], [-0.6, 0.0, 0.8], [2.0 / 3.0, -2.0 / 3.0, 1.0 / 3.0]] {
+        for beyond in [
+            [0.0, 0.0, 1.0],
+            [-0.6, 0.0, 0.8],
+            [2.0 / 3.0, -2.0 / 3.0, 1.0 / 3.0],
+        ] {
             let nearest: [f64; 3] = std::array::from_fn(|axis| match beyond[axis] {
                 b if b > 0.0 => high[axis],
                 b if b < 0.0 => low[axis],
@@ -163,7 +171,11 @@ fn outside_the_value_at_the_nearest_point_of_the_box_and_the_distance_to_it_add_
             let (inside, slope) = grid.distance_and_gradient(nearest);
             assert!((distance - inside - far).abs() < 1e-9 * (1.0 + far));
             for axis in 0..3 {
-                let along = if beyond.get(axis) == 0.0 { slope.get(axis) } else { 0.0 };
+                let along = if beyond.get(axis) == 0.0 {
+                    slope.get(axis)
+                } else {
+                    0.0
+                };
                 // The direction from the box is known to rounding of coordinates over distance.
                 assert!((gradient.get(axis) - along - beyond.get(axis)).abs() < 1e-15 / far + 1e-9);
             }
@@ -178,8 +190,7 @@ fn continuous_across_cell_faces_and_the_boundary() {
         for cell in 0..grid.dims()[axis] {
             for at in [0.0, 0.3, 0.5, 1.0] {
                 let (low, high) = grid.bounds();
-                let mut p: [f64; 3] =
-                    std::array::from_fn(|a| low[a] + at * (high[a] - low[a]));
+                let mut p: [f64; 3] = std::array::from_fn(|a| low[a] + at * (high[a] - low[a]));
                 p[axis] = low[axis] + cell as f64 * grid.spacing().get(axis);
                 let p = Vec3::from(p);
                 let step = 1e-10;
@@ -218,7 +229,20 @@ fn on_faces_of_cells_the_gradient_is_that_of_the_documented_side() {
 #[test]
 fn never_nan() {
     let grid = wavy();
-    let places = [-1e30, -1e3, -0.4, -0.4 - 1e-16, 0.0, 0.2, 0.35, 1.0, 1.2, 3.5, 1e3, 1e30];
+    let places = [
+        -1e30,
+        -1e3,
+        -0.4,
+        -0.4 - 1e-16,
+        0.0,
+        0.2,
+        0.35,
+        1.0,
+        1.2,
+        3.5,
+        1e3,
+        1e30,
+    ];
     for x in places {
         for y in places {
             for z in places {

@@ -2,11 +2,15 @@
 
 mod closed;
 mod error;
+mod oriented_box;
+mod packet;
 mod signed;
 mod tree;
 mod triangle;
 mod winding;
 
 pub use error::DistanceError;
+pub(crate) use packet::{PACKET, Packet};
 pub use signed::SignedDistance;
 pub use tree::{ClosestPoint, TriangleTree};
+pub(crate) use winding::Column;

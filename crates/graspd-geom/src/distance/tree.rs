@@ -1,16 +1,20 @@
 //! A tree of bounding boxes over a mesh's triangles, for closest points.
 
 use nalgebra::{Point3, Vector3};
+use rayon::prelude::*;
 
 use super::closed::check_finite;
 use super::error::DistanceError;
+use super::oriented_box::{OrientedBox, Slack};
 use super::triangle::Triangle;
 use crate::TriangleMesh;
 
 /// Most triangles in a leaf.
-const LEAF: usize = 4;
+const LEAF: usize = 2;
 /// More than the tree's depth: halving 2^32 triangles takes 32 levels.
 pub(super) const STACK: usize = 40;
+/// Farther away than this \[m\] single precision is no use, and every triangle is looked at.
+const FAR: f64 = 1e15;
 
 /// The point of a mesh that is nearest to a given point.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -25,25 +29,23 @@ pub struct ClosestPoint {
     pub normal: Vector3<f64>,
 }
 
+/// A node's place in the tree. Nodes are stored depth first, so the left child is the next node.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Node {
-    pub(super) low: Point3<f64>,
-    pub(super) high: Point3<f64>,
-    /// First triangle of a leaf, or the right child (the left one is the next node).
-    pub(super) start: u32,
-    /// Triangles of a leaf, 0 for an inner node.
+    /// The node after this one's subtree: the right child of its parent, if it is a left child.
+    pub(super) end: u32,
+    /// The first of its triangles in leaf order.
+    pub(super) first: u32,
+    /// How many triangles there are in its subtree.
     pub(super) count: u32,
 }
 
 impl Node {
-    fn distance_squared(&self, p: &Point3<f64>) -> f64 {
-        let outside = |p: f64, low: f64, high: f64| (low - p).max(p - high).max(0.0);
-        Vector3::new(
-            outside(p.x, self.low.x, self.high.x),
-            outside(p.y, self.low.y, self.high.y),
-            outside(p.z, self.low.z, self.high.z),
-        )
-        .norm_squared()
+    pub(super) fn is_leaf(&self) -> bool {
+        self.count as usize <= LEAF
+    }
+    pub(super) fn triangles(&self) -> std::ops::Range<usize> {
+        self.first as usize..(self.first + self.count) as usize
     }
 }
 
@@ -53,6 +55,10 @@ impl Node {
 #[derive(Clone, Debug)]
 pub struct TriangleTree {
     pub(super) nodes: Vec<Node>,
+    /// A box along the axes for each node: its lowest and highest corner.
+    pub(super) extents: Vec<[Point3<f64>; 2]>,
+    /// A box turned to fit, for each node.
+    pub(super) boxes: Vec<OrientedBox>,
     /// In leaf order.
     pub(super) triangles: Vec<Triangle>,
     pub(super) corners: Vec<[Point3<f64>; 3]>,
@@ -74,10 +80,21 @@ impl TriangleTree {
             .collect();
         let mut faces: Vec<u32> = (0..mesh.faces.len() as u32).collect();
         let mut nodes = Vec::with_capacity(mesh.faces.len());
-        split(mesh, &centers, &mut faces, 0, &mut nodes);
+        split(&centers, &mut faces, 0, &mut nodes);
         let corners: Vec<_> = faces.iter().map(|&f| mesh.corners(f as usize)).collect();
+        let extents: Vec<_> = nodes
+            .par_iter()
+            .map(|node| extent(&corners[node.triangles()]))
+            .collect();
+        let middle = nalgebra::center(&extents[0][0], &extents[0][1]);
+        let boxes = nodes
+            .par_iter()
+            .map(|node| OrientedBox::around(&corners[node.triangles()], &middle))
+            .collect();
         Ok(Self {
             nodes,
+            extents,
+            boxes,
             triangles: corners.iter().map(|c| Triangle::new(*c)).collect(),
             corners,
             faces,
@@ -86,10 +103,27 @@ impl TriangleTree {
 
     /// The lowest and highest corner of the box around all triangles \[m\].
     pub fn bounds(&self) -> (Point3<f64>, Point3<f64>) {
-        (self.nodes[0].low, self.nodes[0].high)
+        let [low, high] = self.extents[0];
+        (low, high)
     }
 
-    /// The nearest point of the surface. Where `p` is not finite, so is the distance.
+    /// The corners of all triangles.
+    pub(crate) fn corners(&self) -> impl Iterator<Item = &[Point3<f64>; 3]> {
+        self.corners.iter()
+    }
+
+    /// The middle of that box: the origin of the oriented boxes.
+    pub(super) fn middle(&self) -> Point3<f64> {
+        nalgebra::center(&self.extents[0][0], &self.extents[0][1])
+    }
+
+    /// The slack of single precision for points that are, along each axis, at most `farthest` from the middle.
+    pub(super) fn slack(&self, farthest: f64) -> Slack {
+        let [low, high] = self.extents[0];
+        Slack::new(farthest + (high - low).amax())
+    }
+
+    /// The nearest point of the surface. Where `p` is not finite, the distance is not finite either.
     pub fn closest(&self, p: &Point3<f64>) -> ClosestPoint {
         self.closest_within(p, f64::INFINITY)
             .unwrap_or_else(|| self.found(p, 0, self.corners[0][0] - p))
@@ -97,38 +131,62 @@ impl TriangleTree {
 
     /// The nearest point of the surface if it is nearer than `bound` \[m\].
     pub fn closest_within(&self, p: &Point3<f64>, bound: f64) -> Option<ClosestPoint> {
-        let mut best_squared = bound * bound;
-        let mut best = None;
+        let relative = p - self.middle();
+        let farthest = relative.amax();
+        let mut best = (bound * bound, usize::MAX);
+        if farthest < FAR {
+            self.search(
+                p,
+                [0, 1, 2].map(|i| relative[i] as f32),
+                self.slack(farthest),
+                &mut best,
+            );
+        } else {
+            self.look_at(p, 0..self.triangles.len(), &mut best);
+        }
+        let (_, at) = best;
+        let triangle = self.triangles.get(at)?;
+        Some(self.found(p, at, triangle.to_closest(p)))
+    }
+
+    /// Improves the best squared distance so far and its triangle by those in a range of the leaf order.
+    #[inline(always)]
+    fn look_at(&self, p: &Point3<f64>, range: std::ops::Range<usize>, best: &mut (f64, usize)) {
+        for at in range {
+            let squared = self.triangles[at].distance_squared([p.x, p.y, p.z]);
+            if squared < best.0 {
+                *best = (squared, at);
+            }
+        }
+    }
+
+    /// Depth first, nearer box first; `relative` is `p` from the middle.
+    fn search(&self, p: &Point3<f64>, relative: [f32; 3], slack: Slack, best: &mut (f64, usize)) {
+        let mut widened = slack.widen(best.0) as f32;
         let mut stack = [(0, 0.0); STACK];
         let mut top = 1;
         while top > 0 {
             top -= 1;
-            let (index, squared) = stack[top];
-            if squared >= best_squared {
+            let (index, lower_bound) = stack[top];
+            if lower_bound > widened {
                 continue;
             }
-            let node = &self.nodes[index as usize];
-            let start = node.start as usize;
-            for at in start..start + node.count as usize {
-                let to_closest = self.triangles[at].to_closest(p);
-                let squared = to_closest.norm_squared();
-                if squared < best_squared {
-                    (best, best_squared) = (Some((at, to_closest)), squared);
-                }
+            let node = &self.nodes[index];
+            if node.is_leaf() {
+                self.look_at(p, node.triangles(), best);
+                widened = slack.widen(best.0) as f32;
+                continue;
             }
-            if node.count == 0 {
-                let (left, right) = (index + 1, node.start);
-                let mut near = (left, self.nodes[left as usize].distance_squared(p));
-                let mut far = (right, self.nodes[right as usize].distance_squared(p));
-                if far.1 < near.1 {
-                    std::mem::swap(&mut near, &mut far);
-                }
-                stack[top] = far;
-                stack[top + 1] = near;
-                top += 2;
+            let (left, right) = (index + 1, self.nodes[index + 1].end as usize);
+            let mut near = (left, self.boxes[left].distance_squared(relative));
+            let mut far = (right, self.boxes[right].distance_squared(relative));
+            if far.1 < near.1 {
+                std::mem::swap(&mut near, &mut far);
             }
+            stack[top] = far;
+            stack[top + 1] = near;
+            top += 2;
         }
-        best.map(|(at, to_closest)| self.found(p, at, to_closest))
     }
 
     fn found(&self, p: &Point3<f64>, at: usize, to_closest: Vector3<f64>) -> ClosestPoint {
@@ -145,44 +203,38 @@ impl TriangleTree {
     }
 }
 
-/// Appends the subtree of `faces`, whose first is number `first` in leaf order, halving them at the median of
-/// their centres along the longest axis.
-fn split(
-    mesh: &TriangleMesh,
-    centers: &[Point3<f64>],
-    faces: &mut [u32],
-    first: usize,
-    nodes: &mut Vec<Node>,
-) {
-    let mut low = Point3::from(Vector3::repeat(f64::INFINITY));
-    let mut high = Point3::from(Vector3::repeat(f64::NEG_INFINITY));
-    let (mut low_center, mut high_center) = (low, high);
-    for &face in faces.iter() {
-        for corner in mesh.corners(face as usize) {
-            (low, high) = (low.inf(&corner), high.sup(&corner));
-        }
-        let center = &centers[face as usize];
-        (low_center, high_center) = (low_center.inf(center), high_center.sup(center));
-    }
+/// The box along the axes around some triangles.
+fn extent(triangles: &[[Point3<f64>; 3]]) -> [Point3<f64>; 2] {
+    let first = triangles[0][0];
+    triangles
+        .iter()
+        .flatten()
+        .fold([first, first], |[low, high], p| [low.inf(p), high.sup(p)])
+}
+
+/// Appends the subtree of `faces`, the first of which is number `first` in leaf order, halving them at the median
+/// of their centres along the longest axis.
+fn split(centers: &[Point3<f64>], faces: &mut [u32], first: usize, nodes: &mut Vec<Node>) {
     let at = nodes.len();
     nodes.push(Node {
-        low,
-        high,
-        start: first as u32,
+        end: 0,
+        first: first as u32,
         count: faces.len() as u32,
     });
-    if faces.len() <= LEAF {
-        return;
+    if faces.len() > LEAF {
+        let center = |face: u32| &centers[face as usize];
+        let start = *center(faces[0]);
+        let (low, high) = faces.iter().fold((start, start), |(low, high), &face| {
+            (low.inf(center(face)), high.sup(center(face)))
+        });
+        let axis = (high - low).imax();
+        let half = faces.len() / 2;
+        faces.select_nth_unstable_by(half, |&i, &j| {
+            center(i)[axis].total_cmp(&center(j)[axis]).then(i.cmp(&j))
+        });
+        let (left, right) = faces.split_at_mut(half);
+        split(centers, left, first, nodes);
+        split(centers, right, first + half, nodes);
     }
-    let axis = (high_center - low_center).imax();
-    let half = faces.len() / 2;
-    faces.select_nth_unstable_by(half, |&i, &j| {
-        let (a, b) = (centers[i as usize][axis], centers[j as usize][axis]);
-        a.total_cmp(&b).then(i.cmp(&j))
-    });
-    let (left, right) = faces.split_at_mut(half);
-    split(mesh, centers, left, first, nodes);
-    nodes[at].start = nodes.len() as u32;
-    nodes[at].count = 0;
-    split(mesh, centers, right, first + half, nodes);
+    nodes[at].end = nodes.len() as u32;
 }

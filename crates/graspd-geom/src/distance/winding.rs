@@ -74,25 +74,13 @@ impl TriangleTree {
     pub(super) fn winding_number(&self, p: &Point3<f64>) -> i32 {
         let mut winding = 0;
         let mut index = 0;
-        // Depth first in storage order; `skip` is where the search goes on after a subtree.
-        let mut stack = [0; super::tree::STACK];
-        let mut top = 1;
-        while top > 0 {
+        while index < self.nodes.len() {
             let node = &self.nodes[index];
-            let meets = node.high.x >= p.x
-                && node.low.y <= p.y
-                && node.high.y >= p.y
-                && node.low.z <= p.z
-                && node.high.z >= p.z;
-            if meets && node.count == 0 {
-                stack[top] = node.start as usize;
-                top += 1;
-                index += 1;
-                continue;
-            }
-            if meets {
-                let start = node.start as usize;
-                for corners in &self.corners[start..start + node.count as usize] {
+            let [low, high] = &self.extents[index];
+            let is_met =
+                high.x >= p.x && low.y <= p.y && high.y >= p.y && low.z <= p.z && high.z >= p.z;
+            if is_met && node.is_leaf() {
+                for corners in &self.corners[node.triangles()] {
                     let column = Column::new(corners);
                     let crossing = column.crossing(p.y, p.z);
                     if crossing != 0 && column.is_beyond(p, crossing) {
@@ -100,8 +88,8 @@ impl TriangleTree {
                     }
                 }
             }
-            top -= 1;
-            index = stack[top];
+            // Depth first, in storage order.
+            index = if is_met { index + 1 } else { node.end as usize };
         }
         winding
     }

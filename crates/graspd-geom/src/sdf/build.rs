@@ -2,23 +2,29 @@
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 
+use graspd_ad::vectorize;
 use rayon::prelude::*;
 
 use super::SdfGrid;
 use super::grid::{allocate, check_dims, node};
+use super::rows::Rows;
 use crate::Vec3;
-use crate::distance::{DistanceError, SignedDistance};
+use crate::distance::{DistanceError, PACKET, Packet, SignedDistance};
+
+/// Layers that one task fills: as thick as a packet.
+const THICKNESS: usize = 2;
 
 impl SdfGrid {
     /// Samples the exact signed distance `resolution`^3 times over the mesh's bounding box, grown on every side
     /// by `padding` \[m\]; the first and last samples along each axis lie on the faces of the grown box.
     ///
-    /// Runs on rayon's current thread pool; the result does not depend on the number of threads. `progress` is
-    /// called now and then, from any thread, with the share that is done.
+    /// Every value is that of [`SignedDistance::signed_distance`], rounded to single precision. Runs on rayon's
+    /// current thread pool; the result does not depend on the number of threads. `progress` is called now and
+    /// then, from any thread, with the share that is done.
     ///
     /// # Errors
-    /// A resolution below 2 or above 1024, a padding that is negative or not finite or leaves the box flat, and
-    /// a grid for which there is no memory.
+    /// A resolution below 2 or above 1024, a padding that is negative or not finite, and a grid for which there
+    /// is no memory.
     pub fn build(
         surface: &SignedDistance,
         resolution: usize,
@@ -27,6 +33,10 @@ impl SdfGrid {
     ) -> Result<Self, DistanceError> {
         let dims = [resolution; 3];
         check_dims(dims)?;
+        if !(padding >= 0.0 && padding.is_finite()) {
+            let what = format!("the padding is {padding}");
+            return Err(DistanceError::Extent { what });
+        }
         let (low, high) = surface.bounds();
         let origin = Vec3::new(low.x - padding, low.y - padding, low.z - padding);
         let steps = (resolution - 1) as f64;
@@ -35,26 +45,97 @@ impl SdfGrid {
             (high.y - low.y + 2.0 * padding) / steps,
             (high.z - low.z + 2.0 * padding) / steps,
         );
-        if !(padding >= 0.0 && padding.is_finite()) {
-            let what = format!("the padding is {padding}");
-            return Err(DistanceError::Extent { what });
-        }
         let mut values = allocate(dims)?;
         values.resize(resolution.pow(3), 0.0);
         let done = AtomicUsize::new(0);
         let layer = resolution * resolution;
         values
-            .par_chunks_mut(layer)
+            .par_chunks_mut(THICKNESS * layer)
             .enumerate()
-            .for_each(|(k, values)| {
-                for (at, value) in values.iter_mut().enumerate() {
-                    let index = [at % resolution, at / resolution, k];
-                    let p = node(origin, spacing, index).into();
-                    *value = surface.signed_distance(&p) as f32;
+            .for_each(|(slab, values)| {
+                let first = slab * THICKNESS;
+                let layers = values.len() / layer;
+                let rows = Rows {
+                    origin,
+                    spacing,
+                    nx: resolution,
+                    ny: resolution,
+                    layers: (first, first + layers),
+                };
+                vectorize(|| fill_distances(surface, &rows, values));
+                let winding = rows.winding_numbers(surface.tree().corners());
+                for (value, winding) in values.iter_mut().zip(winding) {
+                    if winding > 0 && *value > 0.0 {
+                        *value = -*value;
+                    }
                 }
-                let done = done.fetch_add(1, Ordering::Relaxed) + 1;
+                let done = done.fetch_add(layers, Ordering::Relaxed) + layers;
                 progress(done as f64 / resolution as f64);
             });
         Self::from_values(origin, spacing, dims, values)
+    }
+}
+
+/// Unsigned distances at all nodes of one or two layers.
+#[inline(always)]
+fn fill_distances(surface: &SignedDistance, rows: &Rows, values: &mut [f32]) {
+    let Rows {
+        origin,
+        spacing,
+        nx,
+        ny,
+        layers,
+    } = *rows;
+    let last = [nx, ny, layers.1].map(|n| n - 1);
+    let low = node(origin, spacing, [0, 0, layers.0]);
+    let high = node(origin, spacing, last);
+    let slack = surface.tree().packet_slack(&low.into(), &high.into());
+    let mut guesses = [0; 2];
+    // The first and last point of the packet before, and their distances.
+    let mut known: Option<([Vec3<f64>; 2], [f64; 2])> = None;
+    for y in 0..ny.div_ceil(2) {
+        for step in 0..nx.div_ceil(2) {
+            // To and fro, so that each packet touches the one before.
+            let x = if y % 2 == 0 {
+                step
+            } else {
+                nx.div_ceil(2) - 1 - step
+            };
+            // Packets that stick out hold the outermost nodes twice.
+            let index = |lane: usize| {
+                [
+                    (2 * x + lane % 2).min(last[0]),
+                    (2 * y + lane / 2 % 2).min(last[1]),
+                    (layers.0 + lane / 4).min(last[2]),
+                ]
+            };
+            let mut packet = Packet {
+                points: [[0.0; PACKET]; 3],
+                bounds: [f64::INFINITY; PACKET],
+                guesses,
+            };
+            for lane in 0..PACKET {
+                let p = node(origin, spacing, index(lane));
+                for axis in 0..3 {
+                    packet.points[axis][lane] = p.get(axis);
+                }
+                if let Some((points, distances)) = known {
+                    // |d(p)| <= |d(q)| + |p - q|
+                    let from = |i: usize| distances[i] + (p - points[i]).norm();
+                    packet.bounds[lane] = from(0).min(from(1));
+                }
+            }
+            let found = surface.tree().packet_distances(&packet, slack);
+            guesses = found.nearest;
+            let ends = [0, PACKET - 1];
+            known = Some((
+                ends.map(|lane| node(origin, spacing, index(lane))),
+                ends.map(|lane| found.squared[lane].sqrt()),
+            ));
+            for lane in 0..PACKET {
+                let [i, j, k] = index(lane);
+                values[i + nx * (j + ny * (k - layers.0))] = found.squared[lane].sqrt() as f32;
+            }
+        }
     }
 }

@@ -3,5 +3,6 @@
 mod build;
 mod grid;
 mod query;
+mod rows;
 
 pub use grid::SdfGrid;
