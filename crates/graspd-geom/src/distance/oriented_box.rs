@@ -60,16 +60,21 @@ impl OrientedBox {
     /// Squared distance from `p`, given relative to the middle of the mesh, to the box.
     #[inline(always)]
     pub(super) fn distance_squared<T: Real>(&self, p: [T; 3]) -> T {
-        let number = |x: f32| T::constant(f64::from(x));
         let mut sum = T::zero();
         for axis in 0..3 {
-            let [x, y, z] = self.axes[axis].map(number);
-            let along = (p[0] * x + p[1] * y) + (p[2] * z - number(self.center[axis]));
+            let [x, y, z] = self.axes[axis];
+            let along = (p[0] * number(x) + p[1] * number(y))
+                + (p[2] * number(z) - number(self.center[axis]));
             let beyond = (along.abs() - number(self.half[axis])).max(T::zero());
             sum += beyond * beyond;
         }
         sum
     }
+}
+
+#[inline(always)]
+fn number<T: Real>(x: f32) -> T {
+    T::constant(f64::from(x))
 }
 
 /// Directions of largest, middle and least extent of the triangles' area, by rows.

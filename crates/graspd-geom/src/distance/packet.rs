@@ -1,6 +1,6 @@
 //! Distances of eight points at a time.
 
-use graspd_ad::{Lanes, Mask, Real};
+use graspd_ad::{Mask, Real};
 use nalgebra::Point3;
 
 use super::oriented_box::Slack;
@@ -29,25 +29,30 @@ pub(crate) struct PacketDistances {
 }
 
 impl TriangleTree {
-    /// The distances of eight points; the nearer together they are, the faster. `farthest` is the largest
-    /// difference between their coordinates and those of the middle of the mesh.
+    /// The distances of eight points; the nearer together they are, the faster.
     ///
-    /// To be called within [`graspd_ad::vectorize`].
+    /// To be called within a [`graspd_ad::Kernel`], with eight lanes.
     #[inline(always)]
-    pub(crate) fn packet_distances(&self, packet: &Packet, slack: Slack) -> PacketDistances {
+    pub(crate) fn packet_distances<L: Real<Element = f32>>(
+        &self,
+        packet: &Packet,
+        slack: Slack,
+    ) -> PacketDistances {
+        const { assert!(L::LANES == PACKET) };
         let middle = self.middle();
-        let relative = [0, 1, 2]
-            .map(|axis| Lanes::from_lanes(|lane| packet.points[axis][lane] - middle[axis]));
+        let relative = [
+            L::from_lanes(|lane| packet.points[0][lane] - middle.x),
+            L::from_lanes(|lane| packet.points[1][lane] - middle.y),
+            L::from_lanes(|lane| packet.points[2][lane] - middle.z),
+        ];
+        let bounds = L::from_lanes(|lane| packet.bounds[lane] * packet.bounds[lane]);
         let mut best = [f64::INFINITY; PACKET];
         let mut nearest = packet.guesses;
         for guess in packet.guesses {
             self.improve(packet, guess, &mut best, &mut nearest);
         }
-        let bounds = Lanes::from_lanes(|lane| packet.bounds[lane] * packet.bounds[lane]);
-        let squared =
-            |best: &[f64; PACKET]| slack.widen(Lanes::from_lanes(|lane| best[lane]).min(bounds));
-        let mut widened = squared(&best);
-        let mut stack = [(0, Lanes::splat(0.0)); STACK];
+        let mut widened = slack.widen(L::from_lanes(|lane| best[lane]).min(bounds));
+        let mut stack = [(0, L::zero()); STACK];
         let mut top = 1;
         while top > 0 {
             top -= 1;
@@ -60,15 +65,17 @@ impl TriangleTree {
                 for at in node.triangles() {
                     self.improve(packet, at, &mut best, &mut nearest);
                 }
-                widened = squared(&best);
+                widened = slack.widen(L::from_lanes(|lane| best[lane]).min(bounds));
                 continue;
             }
             let (left, right) = (index + 1, self.nodes[index + 1].end as usize);
-            let mut near = (left, self.boxes[left].distance_squared(relative));
-            let mut far = (right, self.boxes[right].distance_squared(relative));
-            if far.1.0[0] < near.1.0[0] {
-                std::mem::swap(&mut near, &mut far);
-            }
+            let left_bound = self.boxes[left].distance_squared(relative);
+            let right_bound = self.boxes[right].distance_squared(relative);
+            let (near, far) = if right_bound.lane(0) < left_bound.lane(0) {
+                ((right, right_bound), (left, left_bound))
+            } else {
+                ((left, left_bound), (right, right_bound))
+            };
             if far.1.le(widened).any() {
                 stack[top] = far;
                 top += 1;

@@ -74,7 +74,7 @@ impl Triangle {
         let v = dot(self.grad_b, ap);
         let w = dot(self.grad_c, ap);
         let is_above = (v >= 0.0) & (w >= 0.0) & (1.0 - v - w >= 0.0);
-        let onto = minus([0, 1, 2].map(|i| self.ab[i] * v + self.ac[i] * w), ap);
+        let onto = minus(plus(times(self.ab, v), times(self.ac, w)), ap);
         let onto_ab = to_edge(ap, self.ab, inverse_ab);
         let onto_ac = to_edge(ap, self.ac, inverse_ac);
         let bp = minus(ap, self.ab);
@@ -93,7 +93,7 @@ fn to_edge(p: [f64; 3], edge: [f64; 3], inverse_squared: f64) -> Nearest {
     let along = dot(p, edge) * inverse_squared;
     let along = if along > 0.0 { along } else { 0.0 };
     let along = if along < 1.0 { along } else { 1.0 };
-    let onto = minus(edge.map(|x| x * along), p);
+    let onto = minus(times(edge, along), p);
     (dot(onto, onto), onto)
 }
 
@@ -104,11 +104,7 @@ fn nearer(one: Nearest, other: Nearest) -> Nearest {
 
 #[inline(always)]
 fn select(is_first: bool, first: Nearest, second: Nearest) -> Nearest {
-    let pick = |a: f64, b: f64| if is_first { a } else { b };
-    (
-        pick(first.0, second.0),
-        [0, 1, 2].map(|i| pick(first.1[i], second.1[i])),
-    )
+    if is_first { first } else { second }
 }
 
 #[inline(always)]
@@ -119,4 +115,14 @@ fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
 #[inline(always)]
 fn minus(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
     [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
+}
+
+#[inline(always)]
+fn plus(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
+    [a[0] + b[0], a[1] + b[1], a[2] + b[2]]
+}
+
+#[inline(always)]
+fn times(a: [f64; 3], factor: f64) -> [f64; 3] {
+    [a[0] * factor, a[1] * factor, a[2] * factor]
 }

@@ -2,7 +2,7 @@
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use graspd_ad::vectorize;
+use graspd_ad::{Kernel, Real, vectorize};
 use rayon::prelude::*;
 
 use super::SdfGrid;
@@ -62,7 +62,11 @@ impl SdfGrid {
                     ny: resolution,
                     layers: (first, first + layers),
                 };
-                vectorize(|| fill_distances(surface, &rows, values));
+                vectorize(FillDistances {
+                    surface,
+                    rows: &rows,
+                    values,
+                });
                 let winding = rows.winding_numbers(surface.tree().corners());
                 for (value, winding) in values.iter_mut().zip(winding) {
                     if winding > 0 && *value > 0.0 {
@@ -77,64 +81,79 @@ impl SdfGrid {
 }
 
 /// Unsigned distances at all nodes of one or two layers.
-#[inline(always)]
-fn fill_distances(surface: &SignedDistance, rows: &Rows, values: &mut [f32]) {
-    let Rows {
-        origin,
-        spacing,
-        nx,
-        ny,
-        layers,
-    } = *rows;
-    let last = [nx, ny, layers.1].map(|n| n - 1);
-    let low = node(origin, spacing, [0, 0, layers.0]);
-    let high = node(origin, spacing, last);
-    let slack = surface.tree().packet_slack(&low.into(), &high.into());
-    let mut guesses = [0; 2];
-    // The first and last point of the packet before, and their distances.
-    let mut known: Option<([Vec3<f64>; 2], [f64; 2])> = None;
-    for y in 0..ny.div_ceil(2) {
-        for step in 0..nx.div_ceil(2) {
-            // To and fro, so that each packet touches the one before.
-            let x = if y % 2 == 0 {
-                step
-            } else {
-                nx.div_ceil(2) - 1 - step
-            };
-            // Packets that stick out hold the outermost nodes twice.
-            let index = |lane: usize| {
-                [
-                    (2 * x + lane % 2).min(last[0]),
-                    (2 * y + lane / 2 % 2).min(last[1]),
-                    (layers.0 + lane / 4).min(last[2]),
-                ]
-            };
-            let mut packet = Packet {
-                points: [[0.0; PACKET]; 3],
-                bounds: [f64::INFINITY; PACKET],
-                guesses,
-            };
-            for lane in 0..PACKET {
-                let p = node(origin, spacing, index(lane));
-                for axis in 0..3 {
-                    packet.points[axis][lane] = p.get(axis);
+struct FillDistances<'a> {
+    surface: &'a SignedDistance,
+    rows: &'a Rows,
+    values: &'a mut [f32],
+}
+
+impl Kernel for FillDistances<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<L: Real<Element = f32>>(self) {
+        let Self {
+            surface,
+            rows,
+            values,
+        } = self;
+        let Rows {
+            origin,
+            spacing,
+            nx,
+            ny,
+            layers,
+        } = *rows;
+        let last = [nx, ny, layers.1].map(|n| n - 1);
+        let low = node(origin, spacing, [0, 0, layers.0]);
+        let high = node(origin, spacing, last);
+        let slack = surface.tree().packet_slack(&low.into(), &high.into());
+        let mut guesses = [0; 2];
+        // The first and last point of the packet before, and their distances.
+        let mut known: Option<([Vec3<f64>; 2], [f64; 2])> = None;
+        for y in 0..ny.div_ceil(2) {
+            for step in 0..nx.div_ceil(2) {
+                // To and fro, so that each packet touches the one before.
+                let x = if y % 2 == 0 {
+                    step
+                } else {
+                    nx.div_ceil(2) - 1 - step
+                };
+                // Packets that stick out hold the outermost nodes twice.
+                let index = |lane: usize| {
+                    [
+                        (2 * x + lane % 2).min(last[0]),
+                        (2 * y + lane / 2 % 2).min(last[1]),
+                        (layers.0 + lane / 4).min(last[2]),
+                    ]
+                };
+                let mut packet = Packet {
+                    points: [[0.0; PACKET]; 3],
+                    bounds: [f64::INFINITY; PACKET],
+                    guesses,
+                };
+                for lane in 0..PACKET {
+                    let p = node(origin, spacing, index(lane));
+                    for axis in 0..3 {
+                        packet.points[axis][lane] = p.get(axis);
+                    }
+                    if let Some((points, distances)) = known {
+                        // |d(p)| <= |d(q)| + |p - q|
+                        let from = |i: usize| distances[i] + (p - points[i]).norm();
+                        packet.bounds[lane] = from(0).min(from(1));
+                    }
                 }
-                if let Some((points, distances)) = known {
-                    // |d(p)| <= |d(q)| + |p - q|
-                    let from = |i: usize| distances[i] + (p - points[i]).norm();
-                    packet.bounds[lane] = from(0).min(from(1));
+                let found = surface.tree().packet_distances::<L>(&packet, slack);
+                guesses = found.nearest;
+                let ends = [0, PACKET - 1];
+                known = Some((
+                    ends.map(|lane| node(origin, spacing, index(lane))),
+                    ends.map(|lane| found.squared[lane].sqrt()),
+                ));
+                for lane in 0..PACKET {
+                    let [i, j, k] = index(lane);
+                    values[i + nx * (j + ny * (k - layers.0))] = found.squared[lane].sqrt() as f32;
                 }
-            }
-            let found = surface.tree().packet_distances(&packet, slack);
-            guesses = found.nearest;
-            let ends = [0, PACKET - 1];
-            known = Some((
-                ends.map(|lane| node(origin, spacing, index(lane))),
-                ends.map(|lane| found.squared[lane].sqrt()),
-            ));
-            for lane in 0..PACKET {
-                let [i, j, k] = index(lane);
-                values[i + nx * (j + ny * (k - layers.0))] = found.squared[lane].sqrt() as f32;
             }
         }
     }

@@ -90,25 +90,30 @@ impl SdfGrid {
         let (k, z_at) = split(z, self.origin.z, self.spacing.z, nz);
         let mut first = [0; MAX_LANES];
         for lane in 0..T::LANES {
-            first[lane] = i[lane] + nx * (j[lane] + ny * k[lane]);
+            first[lane] = i[lane] as usize + nx * (j[lane] as usize + ny * k[lane] as usize);
         }
-        let corner = |offset: usize| T::gather(&self.values, |lane| first[lane] + offset);
         let layer = nx * ny;
         Cell {
             corners: [
-                corner(0),
-                corner(1),
-                corner(nx),
-                corner(nx + 1),
-                corner(layer),
-                corner(layer + 1),
-                corner(layer + nx),
-                corner(layer + nx + 1),
+                self.corner(&first, 0),
+                self.corner(&first, 1),
+                self.corner(&first, nx),
+                self.corner(&first, nx + 1),
+                self.corner(&first, layer),
+                self.corner(&first, layer + 1),
+                self.corner(&first, layer + nx),
+                self.corner(&first, layer + nx + 1),
             ],
             at: Vec3::new(x_at, y_at, z_at),
             outside: p - Vec3::new(x, y, z),
             within: [x_within, y_within, z_within],
         }
+    }
+
+    /// The samples that lie by `offset` after the first ones of the cells.
+    #[inline(always)]
+    fn corner<T: Real>(&self, first: &[usize; MAX_LANES], offset: usize) -> T {
+        T::gather(&self.values, |lane| first[lane] + offset)
     }
 }
 
@@ -144,13 +149,11 @@ fn nearest_in<T: Real>(p: T, origin: f64, spacing: f64, count: usize) -> (T, T::
 
 /// The cell along one axis, per lane, and the coordinate within it.
 #[inline(always)]
-fn split<T: Real>(x: T, origin: f64, spacing: f64, count: usize) -> ([usize; MAX_LANES], T) {
+fn split<T: Real>(x: T, origin: f64, spacing: f64, count: usize) -> ([u32; MAX_LANES], T) {
     let steps = (x - T::constant(origin)) * T::constant(spacing.recip());
+    // The last sample ends the last cell and begins none.
+    let cell = steps.detach().floor().min(T::constant((count - 2) as f64));
     let mut cells = [0; MAX_LANES];
-    for lane in 0..T::LANES {
-        // The last sample ends the last cell and begins none.
-        cells[lane] = (steps.lane(lane) as usize).min(count - 2);
-    }
-    let at = steps - T::from_lanes(|lane| cells[lane] as f64);
-    (cells, at)
+    cell.store_indices(&mut cells);
+    (cells, steps - cell)
 }
