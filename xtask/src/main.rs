@@ -1,2 +1,39 @@
-//! placeholder
-fn main() {}
+//! Project automation: `cargo xtask ci`.
+
+mod ci;
+mod duplicates;
+mod edges;
+mod sources;
+mod steps;
+
+use std::path::Path;
+use std::process::ExitCode;
+
+const USAGE: &str = "\
+usage: cargo xtask <command>
+
+  ci    format, layering and source rules, clippy, documentation, doctests, tests";
+
+fn main() -> ExitCode {
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    let words: Vec<&str> = arguments.iter().map(String::as_str).collect();
+    // The manifest's folder at compile time: xtask is always run from a checkout.
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
+    match words.as_slice() {
+        ["ci"] => match ci::check_all(&root) {
+            Ok(code) => code,
+            Err(error) => {
+                eprintln!("error: {error:#}");
+                ExitCode::FAILURE
+            }
+        },
+        ["help" | "--help" | "-h"] => {
+            println!("{USAGE}");
+            ExitCode::SUCCESS
+        }
+        _ => {
+            eprintln!("{USAGE}");
+            ExitCode::from(2)
+        }
+    }
+}

@@ -1,0 +1,44 @@
+//! `cargo xtask ci`: everything that must hold before a change is accepted.
+
+use std::path::Path;
+use std::process::ExitCode;
+
+use anyhow::Result;
+
+use crate::steps::{Steps, cargo, run, status};
+use crate::{duplicates, edges, sources};
+
+/// Does all steps, quick ones first, and the tests last and with nothing printed after them: whoever reads the
+/// log finds their closing lines at its end.
+///
+/// All steps use the dev profile, so that documentation tests and tests share what they compile.
+pub(crate) fn check_all(root: &Path) -> Result<ExitCode> {
+    let mut steps = Steps::new();
+    let succeed = |line| run(&mut cargo(root, line));
+    steps.step("format", || succeed("fmt --all --check"))?;
+    steps.step("layers", || edges::check_workspace(root))?;
+    steps.step("one version of each mathematics crate", || {
+        duplicates::check_workspace(root)
+    })?;
+    steps.step("source rules", || sources::check_workspace(root))?;
+    steps.step("clippy", || {
+        succeed("clippy --locked --workspace --all-targets -- -D warnings")
+    })?;
+    steps.step("documentation", || {
+        let mut command = cargo(root, "doc --locked --workspace --no-deps");
+        run(command.env("RUSTDOCFLAGS", "-D warnings"))
+    })?;
+    steps.step("documentation tests", || {
+        succeed("test --locked --workspace --doc")
+    })?;
+    steps.print_summary();
+    println!("== tests");
+    // Benchmarks are compiled by clippy and run by hand: their times mean nothing here.
+    let line = "test --locked --workspace --lib --bins --tests --examples --no-fail-fast";
+    let tests = status(&mut cargo(root, line))?;
+    Ok(if tests.success() {
+        ExitCode::SUCCESS
+    } else {
+        ExitCode::FAILURE
+    })
+}

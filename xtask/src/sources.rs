@@ -1,0 +1,143 @@
+//! Rules about where things may stand in the sources.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, Result};
+
+use crate::steps::report;
+
+/// A word that only some files of the libraries may use.
+struct Confined {
+    word: &'static str,
+    /// Files, or folders (with a slash at the end).
+    places: &'static [&'static str],
+    reason: &'static str,
+}
+
+const CONFINED: &[Confined] = &[
+    Confined {
+        word: "unsafe",
+        places: &["crates/graspd-ad/src/lanes.rs"],
+        reason: "all unchecked code stands in one file, each block with its reason",
+    },
+    Confined {
+        word: "parry3d_f64",
+        places: &[
+            "crates/graspd-geom/src/parry_bridge.rs",
+            "crates/graspd-eval/src/displacement/",
+        ],
+        reason: "its vector types are converted at one border",
+    },
+    Confined {
+        word: "rapier3d_f64",
+        places: &["crates/graspd-eval/src/displacement/"],
+        reason: "only the judge's physics uses it",
+    },
+];
+
+/// Lines from which a file is worth splitting.
+const LONG_FILE: usize = 500;
+
+/// Checks the Rust files of the workspace at `root`; warns of long ones.
+pub(crate) fn check_workspace(root: &Path) -> Result<()> {
+    let mut found = Vec::new();
+    for folder in ["crates", "tests", "xtask"] {
+        for file in rust_files(&root.join(folder))? {
+            let text = fs::read_to_string(&file)
+                .with_context(|| format!("cannot read {}", file.display()))?;
+            let name = file.strip_prefix(root).unwrap_or(&file);
+            let name = name.to_string_lossy().replace('\\', "/");
+            let line_count = text.lines().count();
+            if line_count > LONG_FILE {
+                println!("warning: {name} has {line_count} lines: split it by idea");
+            }
+            if name.starts_with("crates/") && name.contains("/src/") {
+                found.extend(faults(&name, &text));
+            }
+        }
+    }
+    report(found)
+}
+
+/// One line for each use of a confined word in the wrong file.
+fn faults(name: &str, text: &str) -> Vec<String> {
+    let mut faults = Vec::new();
+    for Confined {
+        word,
+        places,
+        reason,
+    } in CONFINED
+    {
+        let is_allowed = places
+            .iter()
+            .any(|place| name == *place || (place.ends_with('/') && name.starts_with(place)));
+        if is_allowed {
+            continue;
+        }
+        for (index, line) in text.lines().enumerate() {
+            // What comments say is free.
+            let code = line.split("//").next().unwrap_or_default();
+            if has_word(code, word) {
+                faults.push(format!("{name}:{}: `{word}`: {reason}", index + 1));
+            }
+        }
+    }
+    faults
+}
+
+/// Whether `word` stands in `code` and is not part of a longer name.
+fn has_word(code: &str, word: &str) -> bool {
+    let is_name = |c: Option<char>| c.is_some_and(|c| c.is_alphanumeric() || c == '_');
+    code.match_indices(word).any(|(start, _)| {
+        let before = code[..start].chars().next_back();
+        let after = code[start + word.len()..].chars().next();
+        !is_name(before) && !is_name(after)
+    })
+}
+
+/// All `.rs` files under `folder`, in the order of their names; build outputs are left out.
+fn rust_files(folder: &Path) -> Result<Vec<PathBuf>> {
+    let mut files = Vec::new();
+    let mut entries = fs::read_dir(folder)
+        .and_then(Iterator::collect::<std::io::Result<Vec<_>>>)
+        .with_context(|| format!("cannot list {}", folder.display()))?;
+    entries.sort_by_key(fs::DirEntry::file_name);
+    for entry in entries {
+        let path = entry.path();
+        if path.is_dir() {
+            if entry.file_name() != "target" {
+                files.extend(rust_files(&path)?);
+            }
+        } else if path.extension().is_some_and(|extension| extension == "rs") {
+            files.push(path);
+        }
+    }
+    Ok(files)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn confined_words_are_found_outside_their_files_only() {
+        let text = "// unsafe is not used\n#![deny(unsafe_code)]\nlet x = unsafe { f() };\n";
+        let found = faults("crates/graspd-geom/src/mesh.rs", text);
+        assert_eq!(found.len(), 1);
+        assert!(
+            found[0].starts_with("crates/graspd-geom/src/mesh.rs:3:"),
+            "{found:?}"
+        );
+        assert!(faults("crates/graspd-ad/src/lanes.rs", text).is_empty());
+    }
+
+    #[test]
+    fn a_folder_and_a_file_can_be_allowed() {
+        let text = "use parry3d_f64::math::Real;\n";
+        assert!(faults("crates/graspd-geom/src/parry_bridge.rs", text).is_empty());
+        assert!(faults("crates/graspd-eval/src/displacement/hulls.rs", text).is_empty());
+        assert_eq!(faults("crates/graspd-eval/src/report.rs", text).len(), 1);
+        assert_eq!(faults("crates/graspd-hand/src/palm.rs", text).len(), 1);
+    }
+}
