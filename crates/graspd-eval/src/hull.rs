@@ -1,0 +1,218 @@
+//! Convex hulls in two to six dimensions: facets, volume, and the distance of the origin to the boundary.
+//!
+//! # Method
+//! Quickhull on simplicial facets. It runs twice at most:
+//!
+//! 1. in floating point with one tolerance, relative to the extent of the points: a point within the tolerance
+//!    of a facet's hyperplane counts as inside, so coplanar and repeated points are no special case. Afterwards
+//!    every ridge is checked: the two facets that meet there must form a convex edge;
+//! 2. where that check fails, or the first run contradicts itself, again on points snapped to an integer grid
+//!    2^-50 of the extent wide, with predicates evaluated in exact integer arithmetic. That run cannot fail.
+//!
+//! Points are never perturbed at random, so the same input gives the same facets.
+//!
+//! # Source
+//! C. B. Barber, D. P. Dobkin, H. Huhdanpaa, "The Quickhull algorithm for convex hulls", ACM TOMS 22(4), 1996.
+
+mod certificate;
+mod exact;
+mod expansion;
+mod frame;
+mod hyperplane;
+mod polytope;
+mod quickhull;
+mod wide_integer;
+
+use crate::error::EvaluationError;
+use frame::{Frame, Start};
+use polytope::{Polytope, Stop};
+
+/// The most facets that a hull may have before [`convex_hull`] gives up: about 256 MB in six dimensions.
+///
+/// The wrenches of 128 contacts with 8 edges each have about 460 000.
+pub const MOST_FACETS: usize = 2_000_000;
+
+/// What the points span.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum HullShape {
+    /// There are no points.
+    Empty,
+    /// The points lie in an affine subspace of fewer dimensions than the space, to within 1e-10 of their extent.
+    Flat {
+        /// Dimension of that subspace: 0 for a single point, 1 for points on a line, and so on.
+        affine_dimension: usize,
+    },
+    /// The hull has an interior.
+    Full,
+}
+
+/// One simplex of a hull's boundary. Neighbouring facets may be coplanar: nothing is merged.
+#[derive(Clone, Debug, PartialEq)]
+pub struct HullFacet<const D: usize> {
+    /// The points that span it: indices into the input.
+    pub vertices: [u32; D],
+    /// For each vertex, the facet that shares all the others: indices into [`ConvexHull::facets`].
+    pub neighbours: [u32; D],
+    /// Unit normal, pointing out of the hull.
+    pub normal: [f64; D],
+    /// The facet lies in `normal . x = offset`, the hull in `normal . x <= offset`.
+    pub offset: f64,
+    /// (D-1)-dimensional measure.
+    pub area: f64,
+}
+
+/// The convex hull of a set of points.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ConvexHull<const D: usize> {
+    /// Whether the hull has an interior. Without one there are no facets.
+    pub shape: HullShape,
+    /// The boundary.
+    pub facets: Vec<HullFacet<D>>,
+    /// D-dimensional measure; 0 unless the shape is [`HullShape::Full`].
+    pub volume: f64,
+}
+
+impl<const D: usize> ConvexHull<D> {
+    /// The signed distance of the origin from the nearest facet's hyperplane, positive inside: the radius of
+    /// the largest ball about the origin that the hull holds. `None` for a hull without interior.
+    ///
+    /// A negative value says that the origin is outside, at least that far away.
+    pub fn origin_depth(&self) -> Option<f64> {
+        self.facets
+            .iter()
+            .map(|facet| facet.offset)
+            .reduce(f64::min)
+    }
+
+    /// The input points that are corners of the hull (or of a facet's triangulation), ascending.
+    pub fn vertices(&self) -> Vec<u32> {
+        let mut vertices: Vec<u32> = self
+            .facets
+            .iter()
+            .flat_map(|facet| facet.vertices)
+            .collect();
+        vertices.sort_unstable();
+        vertices.dedup();
+        vertices
+    }
+}
+
+/// The convex hull of `points` in `D` dimensions, 2 <= D <= 6.
+///
+/// Points that repeat, lie inside, or lie within 1e-12 of the extent from a facet are no vertices. Flat input
+/// is no error: see [`ConvexHull::shape`].
+///
+/// # Errors
+/// [`EvaluationError::NotFinite`] for a coordinate that is NaN or infinite;
+/// [`EvaluationError::TooManyFacets`] where more than [`MOST_FACETS`] would be needed.
+pub fn convex_hull<const D: usize>(points: &[[f64; D]]) -> Result<ConvexHull<D>, EvaluationError> {
+    convex_hull_limited(points, MOST_FACETS)
+}
+
+/// [`convex_hull`] with another limit on the number of facets that exist at any one time.
+///
+/// # Errors
+/// As for [`convex_hull`].
+pub fn convex_hull_limited<const D: usize>(
+    points: &[[f64; D]],
+    most_facets: usize,
+) -> Result<ConvexHull<D>, EvaluationError> {
+    const { assert!(2 <= D && D <= 6, "hulls are for 2 to 6 dimensions") };
+    let (mut frame, simplex) = match Frame::start(points)? {
+        Start::Empty => return Ok(without_interior(HullShape::Empty)),
+        Start::Flat { affine_dimension } => {
+            return Ok(without_interior(HullShape::Flat { affine_dimension }));
+        }
+        Start::Full { frame, simplex } => (frame, simplex),
+    };
+    let run = |frame: &Frame<D>| quickhull::quickhull(frame, &simplex, most_facets);
+    let polytope = certified(&mut frame, most_facets, run, |polytope| polytope)?;
+    Ok(in_input_coordinates(&frame, &polytope))
+}
+
+/// Lower and upper bound on the depth of the origin: the radius of the largest ball about it within the hull,
+/// or where negative, minus a lower bound on its distance from the hull.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct DepthBounds {
+    /// The depth is no less, unless [`Self::upper`] is negative.
+    pub lower: f64,
+    /// The depth is no more.
+    pub upper: f64,
+}
+
+/// Bounds on the depth of the origin in the hull of `points`, without constructing the whole hull: far faster
+/// than [`convex_hull`], above all in many dimensions. `None` for points without interior.
+///
+/// Stops when `upper - lower <= relative_gap * upper`; with `relative_gap` 0 both are the depth to within
+/// rounding. Stops as well when `upper < 0`: then the origin is outside, at least `-upper` away.
+///
+/// # Errors
+/// As for [`convex_hull`].
+///
+/// # Source
+/// The expansion step is that of Y. Zheng, "An efficient algorithm for a grasp quality measure", IEEE T-RO
+/// 29(2), 2013.
+pub fn origin_depth_bounds<const D: usize>(
+    points: &[[f64; D]],
+    relative_gap: f64,
+) -> Result<Option<DepthBounds>, EvaluationError> {
+    const { assert!(2 <= D && D <= 6, "hulls are for 2 to 6 dimensions") };
+    let Start::Full { mut frame, simplex } = Frame::start(points)? else {
+        return Ok(None);
+    };
+    let build = |frame: &Frame<D>| expansion::expand(frame, &simplex, relative_gap, MOST_FACETS);
+    let (bounds, _) = certified(&mut frame, MOST_FACETS, build, |(_, p)| p)?;
+    Ok(Some(bounds))
+}
+
+/// Runs a construction in rounded arithmetic and, if what it makes is not convex, again in exact arithmetic.
+fn certified<const D: usize, R>(
+    frame: &mut Frame<D>,
+    most_facets: usize,
+    construct: impl Fn(&Frame<D>) -> Result<R, Stop>,
+    polytope_of: impl Fn(&R) -> &Polytope<D>,
+) -> Result<R, EvaluationError> {
+    let too_many = || EvaluationError::TooManyFacets { limit: most_facets };
+    match construct(frame) {
+        Ok(result) if certificate::is_convex(frame, polytope_of(&result)) => return Ok(result),
+        Err(Stop::TooManyFacets) => return Err(too_many()),
+        Ok(_) | Err(Stop::Contradiction) => {}
+    }
+    frame.snap_to_grid();
+    construct(frame).map_err(|_| too_many())
+}
+
+fn without_interior<const D: usize>(shape: HullShape) -> ConvexHull<D> {
+    ConvexHull {
+        shape,
+        facets: Vec::new(),
+        volume: 0.0,
+    }
+}
+
+/// Numbers the facets that are left without gaps, and undoes the frame's shift and scale.
+fn in_input_coordinates<const D: usize>(frame: &Frame<D>, polytope: &Polytope<D>) -> ConvexHull<D> {
+    let mut number = vec![u32::MAX; polytope.slots()];
+    for (index, (slot, _)) in polytope.facets().enumerate() {
+        number[slot as usize] = index as u32;
+    }
+    let area_scale = frame.scale.powi(D as i32 - 1);
+    let facets = polytope
+        .facets()
+        .map(|(_, facet)| HullFacet {
+            vertices: facet.vertices,
+            neighbours: facet.neighbours.map(|slot| number[slot as usize]),
+            normal: facet.normal,
+            offset: frame.offset_from_origin(facet),
+            area: facet.area * area_scale,
+        })
+        .collect();
+    ConvexHull {
+        shape: HullShape::Full,
+        facets,
+        volume: frame.volume(polytope) * frame.scale.powi(D as i32),
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,109 @@
+//! The depth of the origin without the whole hull: an inner polytope that grows only where it matters.
+
+use std::cmp::Ordering;
+use std::collections::BinaryHeap;
+
+use super::DepthBounds;
+use super::frame::{Frame, Predicates};
+use super::hyperplane::dot;
+use super::polytope::{Polytope, Stop};
+
+/// A facet in the queue: the least deep first.
+struct Queued {
+    /// Signed distance of the origin below the facet, in the working frame.
+    depth: f64,
+    slot: u32,
+    birth: u32,
+}
+
+impl Ord for Queued {
+    fn cmp(&self, other: &Self) -> Ordering {
+        // Reversed, for the heap gives its greatest; slots settle ties so that the order is one.
+        let key = |queued: &Self| (queued.slot, queued.birth);
+        other
+            .depth
+            .total_cmp(&self.depth)
+            .then_with(|| key(other).cmp(&key(self)))
+    }
+}
+impl PartialOrd for Queued {
+    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
+        Some(self.cmp(other))
+    }
+}
+impl PartialEq for Queued {
+    fn eq(&self, other: &Self) -> bool {
+        self.cmp(other) == Ordering::Equal
+    }
+}
+impl Eq for Queued {}
+
+/// Expands the simplex at its facet nearest to the origin, by the point that lies farthest beyond that facet,
+/// until that facet is one of the hull or the bounds are within `relative_gap` of each other.
+///
+/// The polytope lies within the hull, so its nearest facet bounds the depth from below. A hyperplane beyond
+/// which no point lies holds the hull on one side, so its distance bounds the depth from above. A negative
+/// upper bound ends the search: a hyperplane separates the origin from the hull.
+pub(super) fn expand<const D: usize>(
+    frame: &Frame<D>,
+    simplex: &[u32],
+    relative_gap: f64,
+    most_facets: usize,
+) -> Result<(DepthBounds, Polytope<D>), Stop> {
+    let mut polytope = Polytope::simplex(frame, simplex, most_facets)?;
+    let mut is_vertex = vec![false; frame.points.len()];
+    for &corner in simplex {
+        is_vertex[corner as usize] = true;
+    }
+    let mut queue = BinaryHeap::new();
+    let mut upper = f64::INFINITY;
+    let lower = loop {
+        for &slot in &polytope.fresh {
+            let facet = polytope.facet(slot);
+            queue.push(Queued {
+                depth: frame.depth_of_origin(facet),
+                slot,
+                birth: facet.birth,
+            });
+        }
+        let Some(nearest) = pop_current(&mut queue, &polytope) else {
+            return Err(Stop::Contradiction);
+        };
+        let facet = polytope.facet(nearest.slot);
+        let (point, support) = farthest_along(&frame.points, &facet.normal);
+        upper = upper.min(nearest.depth + (support - facet.offset).max(0.0));
+        let is_final = frame.height(facet, point) <= 0.0;
+        if is_final || upper < 0.0 || upper - nearest.depth <= relative_gap * upper {
+            break nearest.depth;
+        }
+        if std::mem::replace(&mut is_vertex[point as usize], true) {
+            return Err(Stop::Contradiction);
+        }
+        polytope.insert(frame, point, nearest.slot)?;
+    };
+    let bounds = DepthBounds {
+        lower: lower * frame.scale,
+        upper: upper * frame.scale,
+    };
+    Ok((bounds, polytope))
+}
+
+/// The first of the queue that has not given way since.
+fn pop_current<const D: usize>(
+    queue: &mut BinaryHeap<Queued>,
+    polytope: &Polytope<D>,
+) -> Option<Queued> {
+    std::iter::from_fn(|| queue.pop()).find(|queued| polytope.holds(queued.slot, queued.birth))
+}
+
+/// The point with the greatest component along the direction, and that component.
+fn farthest_along<const D: usize>(points: &[[f64; D]], direction: &[f64; D]) -> (u32, f64) {
+    let mut best = (0, f64::NEG_INFINITY);
+    for (index, point) in points.iter().enumerate() {
+        let component = dot(direction, point);
+        if component > best.1 {
+            best = (index as u32, component);
+        }
+    }
+    best
+}

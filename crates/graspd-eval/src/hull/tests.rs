@@ -1,0 +1,251 @@
+//! Closed forms, degenerate input, and the two kinds of arithmetic against each other.
+
+use super::*;
+use proptest::prelude::*;
+
+/// Rounding in sums of many products of order 1.
+const ROUNDING: f64 = 1e-12;
+
+/// The hull from the second run alone.
+fn exact_hull<const D: usize>(points: &[[f64; D]]) -> ConvexHull<D> {
+    match Frame::start(points).expect("finite points") {
+        Start::Full { mut frame, simplex } => {
+            frame.snap_to_grid();
+            let polytope = quickhull::quickhull(&frame, &simplex, MOST_FACETS).expect("a hull");
+            in_input_coordinates(&frame, &polytope)
+        }
+        Start::Flat { affine_dimension } => without_interior(HullShape::Flat { affine_dimension }),
+        Start::Empty => without_interior(HullShape::Empty),
+    }
+}
+
+fn both<const D: usize>(points: &[[f64; D]]) -> [ConvexHull<D>; 2] {
+    let hulls = [convex_hull(points).expect("a hull"), exact_hull(points)];
+    check_surface(points, &hulls[0], 1e-11);
+    check_surface(points, &hulls[1], 1e-14);
+    hulls
+}
+
+/// Every point is under every facet, and facets and neighbours form a closed oriented surface.
+fn check_surface<const D: usize>(points: &[[f64; D]], hull: &ConvexHull<D>, tolerance: f64) {
+    let extent = points
+        .iter()
+        .flatten()
+        .fold(0.0f64, |most, x| most.max(x.abs()));
+    let mut area_vector = [0.0; D];
+    for (index, facet) in hull.facets.iter().enumerate() {
+        for point in points {
+            let height = hyperplane::dot(&facet.normal, point) - facet.offset;
+            assert!(height <= tolerance * extent, "a point is {height} outside");
+        }
+        for (k, &beyond) in facet.neighbours.iter().enumerate() {
+            let neighbour = &hull.facets[beyond as usize];
+            assert!(neighbour.neighbours.contains(&(index as u32)));
+            assert!(!neighbour.vertices.contains(&facet.vertices[k]));
+            for (j, vertex) in facet.vertices.iter().enumerate() {
+                assert!(j == k || neighbour.vertices.contains(vertex));
+            }
+        }
+        for k in 0..D {
+            area_vector[k] += facet.area * facet.normal[k];
+        }
+    }
+    // Minkowski: the outward areas of a closed surface cancel.
+    let area: f64 = hull.facets.iter().map(|facet| facet.area).sum();
+    for sum in area_vector {
+        assert!(sum.abs() <= 1e-9 * area);
+    }
+}
+
+fn check_value(value: f64, expected: f64, what: &str) {
+    let error = (value / expected - 1.0).abs();
+    assert!(error < ROUNDING, "{what} {value} differs from {expected}");
+}
+
+fn factorial(n: usize) -> f64 {
+    (1..=n).map(|k| k as f64).product()
+}
+
+/// All points whose coordinates are among `values`.
+fn lattice<const D: usize>(values: &[f64]) -> Vec<[f64; D]> {
+    (0..values.len().pow(D as u32))
+        .map(|number| {
+            std::array::from_fn(|k| values[number / values.len().pow(k as u32) % values.len()])
+        })
+        .collect()
+}
+
+fn closed_forms<const D: usize>() {
+    let unit = |axis: usize, length: f64| -> [f64; D] {
+        std::array::from_fn(|k| if k == axis { length } else { 0.0 })
+    };
+    for hull in both::<D>(&lattice(&[-1.0, 1.0])) {
+        check_value(hull.volume, 2f64.powi(D as i32), "cube volume");
+        check_value(hull.origin_depth().unwrap(), 1.0, "cube depth");
+        assert_eq!(hull.vertices().len(), 1 << D);
+    }
+    let cross: Vec<_> = (0..2 * D)
+        .map(|i| unit(i / 2, [1.0, -1.0][i % 2]))
+        .collect();
+    for hull in both(&cross) {
+        check_value(
+            hull.volume,
+            2f64.powi(D as i32) / factorial(D),
+            "cross-polytope volume",
+        );
+        check_value(
+            hull.origin_depth().unwrap(),
+            1.0 / (D as f64).sqrt(),
+            "its depth",
+        );
+        assert_eq!(hull.facets.len(), 1 << D);
+    }
+    // The corner simplex {0, e_k} with its incentre moved to the origin.
+    let radius = 1.0 / (D as f64 + (D as f64).sqrt());
+    let corners: Vec<_> = (0..=D).map(|i| unit(i, 1.0).map(|x| x - radius)).collect();
+    for hull in both(&corners) {
+        check_value(hull.volume, 1.0 / factorial(D), "simplex volume");
+        check_value(hull.origin_depth().unwrap(), radius, "its inradius");
+        assert_eq!(hull.facets.len(), D + 1);
+    }
+}
+
+#[test]
+fn cube_cross_polytope_and_simplex_in_every_dimension() {
+    closed_forms::<2>();
+    closed_forms::<3>();
+    closed_forms::<4>();
+    closed_forms::<5>();
+    closed_forms::<6>();
+}
+
+#[test]
+fn a_lattice_is_all_coplanar_points_and_still_a_cube() {
+    for hull in both::<3>(&lattice(&[-1.0, -0.5, 0.0, 0.5, 1.0])) {
+        check_value(hull.volume, 8.0, "volume");
+    }
+    for hull in both::<5>(&lattice(&[-1.0, 0.25, 1.0])) {
+        check_value(hull.volume, 32.0, "volume");
+    }
+}
+
+#[test]
+fn flat_and_repeated_points_have_the_dimension_that_they_span() {
+    let flat = |points: &[[f64; 4]]| convex_hull(points).expect("finite points").shape;
+    let dimension = |affine_dimension| HullShape::Flat { affine_dimension };
+    assert_eq!(flat(&[]), HullShape::Empty);
+    assert_eq!(flat(&[[3.0; 4]; 9]), dimension(0));
+    assert_eq!(flat(&[[0.0; 4], [1.0; 4], [7.0; 4]]), dimension(1));
+    let on_plane: Vec<_> = (0..50)
+        .map(|i| {
+            let (s, c) = f64::from(i).sin_cos();
+            [s + 2.0, c, s - c, 0.3 * s + 0.1 * c]
+        })
+        .collect();
+    assert_eq!(flat(&on_plane), dimension(2));
+    let noisy: Vec<_> = on_plane
+        .iter()
+        .map(|p| [p[0], p[1], p[2] + 3e-13 * (p[1] * 1e4).sin(), p[3]])
+        .collect();
+    assert_eq!(flat(&noisy), dimension(2));
+    let far_away: Vec<_> = on_plane.iter().map(|p| p.map(|x| x + 1e6)).collect();
+    assert_eq!(flat(&far_away), dimension(2));
+}
+
+#[test]
+fn bad_input_is_an_error() {
+    let nan = [[0.0, 0.0], [1.0, f64::NAN], [0.0, 1.0]];
+    assert_eq!(
+        convex_hull(&nan),
+        Err(EvaluationError::NotFinite { index: 1 })
+    );
+    let on_circle: Vec<_> = (0..40)
+        .map(|i| <[f64; 2]>::from(f64::from(i).sin_cos()))
+        .collect();
+    let limited = convex_hull_limited(&on_circle, 20);
+    assert_eq!(limited, Err(EvaluationError::TooManyFacets { limit: 20 }));
+    assert_eq!(convex_hull(&on_circle).unwrap().facets.len(), 40);
+    // Coordinates near the ends of the range neither overflow nor vanish.
+    for size in [1e-150, 1e150] {
+        let square = [[size, 0.0], [0.0, size], [-size, 0.0], [0.0, -size]];
+        check_value(
+            convex_hull(&square).unwrap().origin_depth().unwrap(),
+            size / 2f64.sqrt(),
+            "depth",
+        );
+    }
+}
+
+/// Points that nearly coincide, or nearly line up, on every scale between the tolerance and the visible.
+fn nearly_degenerate<const D: usize>(noise: f64, seed: u64) -> Vec<[f64; D]> {
+    let mut state = seed;
+    let mut random = move || {
+        state = state
+            .wrapping_mul(6_364_136_223_846_793_005)
+            .wrapping_add(1_442_695_040_888_963_407);
+        (state >> 11) as f64 / (1u64 << 52) as f64 - 1.0
+    };
+    let mut points: Vec<[f64; D]> = lattice(&[-1.0, 0.0, 1.0]);
+    points.extend(lattice::<D>(&[-1.0, 1.0]));
+    points
+        .iter()
+        .map(|point| point.map(|x| x + noise * random()))
+        .collect()
+}
+
+#[test]
+fn noise_of_any_size_is_survived() {
+    for exponent in 6..17 {
+        let noise = 10f64.powi(-exponent);
+        for hull in both(&nearly_degenerate::<3>(noise, 1)) {
+            assert!((hull.volume - 8.0).abs() < 30.0 * noise + 1e-11);
+            assert!((hull.origin_depth().unwrap() - 1.0).abs() < 2.0 * noise + 1e-11);
+        }
+        for hull in both(&nearly_degenerate::<4>(noise, 2)) {
+            assert!((hull.volume - 16.0).abs() < 80.0 * noise + 1e-11);
+            assert!((hull.origin_depth().unwrap() - 1.0).abs() < 2.0 * noise + 1e-11);
+        }
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(64))]
+
+    /// Coordinates from few values: most points are coplanar with others, many coincide.
+    #[test]
+    fn rounded_and_exact_hulls_agree_on_degenerate_points(
+        raw in prop::collection::vec(prop::array::uniform4(-2i8..3), 5..40),
+        angle in 0.0f64..6.0,
+    ) {
+        let (s, c) = angle.sin_cos();
+        let points: Vec<[f64; 4]> = raw
+            .iter()
+            .map(|p| p.map(f64::from))
+            .map(|[x, y, z, w]| [c * x - s * w, y, z, s * x + c * w])
+            .collect();
+        let [rounded, exact] = both(&points);
+        prop_assert_eq!(rounded.shape, exact.shape);
+        prop_assert!((rounded.volume - exact.volume).abs() <= 1e-10 * exact.volume);
+    }
+
+    #[test]
+    fn bounds_on_the_depth_meet_at_the_hulls(
+        raw in prop::collection::vec(prop::array::uniform5(-1.0f64..1.0), 6..40),
+        shift in -0.3f64..0.3,
+    ) {
+        let points: Vec<[f64; 5]> = raw.iter().map(|p| p.map(|x| x + shift)).collect();
+        let depth = convex_hull(&points).unwrap().origin_depth();
+        let bounds = origin_depth_bounds(&points, 0.0).unwrap();
+        match (depth, bounds) {
+            (Some(depth), Some(bounds)) if depth > 0.0 => {
+                prop_assert!((bounds.lower - depth).abs() < 1e-10);
+                prop_assert!((bounds.upper - depth).abs() < 1e-10);
+                let loose = origin_depth_bounds(&points, 0.3).unwrap().unwrap();
+                prop_assert!(loose.lower <= depth + 1e-10 && depth <= loose.upper + 1e-10);
+                prop_assert!(loose.upper - loose.lower <= 0.3 * loose.upper + 1e-10);
+            }
+            (Some(depth), Some(bounds)) => prop_assert!(depth <= bounds.upper + 1e-10 && bounds.upper <= 1e-10),
+            (depth, bounds) => prop_assert_eq!(depth.is_some(), bounds.is_some()),
+        }
+    }
+}
