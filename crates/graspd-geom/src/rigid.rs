@@ -220,7 +220,7 @@ impl<T: Real> Mat3<T> {
             rows: self.rows.map(|row| right.apply_transposed(row)),
         }
     }
-    /// The rotation by `angle` [rad] about the unit vector `axis` (Rodrigues' formula).
+    /// The rotation by `angle` \[rad\] about the unit vector `axis` (Rodrigues' formula).
     #[inline(always)]
     pub fn from_axis_angle(axis: Vec3<T>, angle: T) -> Self {
         let (sine, cosine) = angle.sin_cos();
@@ -280,7 +280,7 @@ impl<T: Real> Quaternion<T> {
             z: T::constant(q.z),
         }
     }
-    /// The exponential map: the rotation by |v| [rad] about v/|v|.
+    /// The exponential map: the rotation by |v| \[rad\] about v/|v|.
     ///
     /// Near 0 a Taylor series takes over, so that value and derivatives are exact there too.
     pub fn exp(v: Vec3<T>) -> Self {
