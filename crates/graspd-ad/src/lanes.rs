@@ -23,7 +23,7 @@ mod scalar;
 mod tests;
 
 pub use mask::LaneMask;
-use register::Register;
+pub(crate) use register::Register;
 pub use scalar::LanesOver;
 
 use crate::Real;

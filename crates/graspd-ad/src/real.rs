@@ -49,7 +49,7 @@ impl Element for f32 {}
 /// A real number, possibly several side by side (lanes), possibly carrying derivatives.
 ///
 /// Implemented by `f64`, `f32`, [`Lanes`](crate::Lanes), [`Dual`](crate::Dual) over any of these (and
-/// over duals), and `Var`. Code written once over `T: Real` runs on all of them.
+/// over duals), and [`Var`](crate::Var). Code written once over `T: Real` runs on all of them.
 ///
 /// Conventions:
 /// * Comparisons look at real parts only and give a [`Mask`]; branch with [`Real::select`], which takes
