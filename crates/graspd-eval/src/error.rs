@@ -19,4 +19,32 @@ pub enum EvaluationError {
         /// The limit that was reached.
         limit: usize,
     },
+    /// A mesh has no faces, or an index beyond its vertices, or a coordinate that is not a finite number.
+    #[error(
+        "the {mesh} mesh cannot be evaluated: {fault}; repair it (`graspd repair`) or load another"
+    )]
+    BadMesh {
+        /// Which mesh: "object" or "hand".
+        mesh: &'static str,
+        /// What is wrong with it.
+        fault: String,
+    },
+    /// A setting lies outside the range in which it makes sense.
+    #[error("setting `{field}` is {value}, but must be {allowed}")]
+    BadSetting {
+        /// The field of the settings struct.
+        field: &'static str,
+        /// Its value.
+        value: f64,
+        /// What is allowed.
+        allowed: &'static str,
+    },
+    /// The physics engine produced a pose that is not a finite number.
+    #[error(
+        "the displacement simulation diverged at step {step}; report this grasp as unstable or lower `time_step`"
+    )]
+    Diverged {
+        /// The first step with a bad pose.
+        step: usize,
+    },
 }

@@ -21,12 +21,20 @@
 //! assert_eq!(grasp_quality(&wrenches[..2 * FRICTION_EDGES]).epsilon, 0.0);
 //! ```
 
+mod displacement;
 mod error;
 mod ferrari_canny;
 mod hull;
 mod reduction;
+#[cfg(test)]
+mod test_shapes;
 mod wrench_space;
 
+pub use displacement::{
+    ConvexPiece, DecompositionSettings, DisplacementSettings, DynamicObject, FixedHand,
+    ObjectMotion, ObjectPieces, SIX_DIRECTIONS, SixDisplacements, simulate,
+    simulate_six_directions,
+};
 pub use error::EvaluationError;
 pub use ferrari_canny::{GraspQuality, NotForceClosure, epsilon_bounds, grasp_quality};
 pub use hull::{

@@ -1,0 +1,14 @@
+//! Simulation displacement: how far the object moves in an independent physics engine while the hand is fixed.
+
+mod decomposition;
+mod piece;
+mod protocol;
+mod rapier;
+
+#[cfg(test)]
+mod tests;
+
+pub use decomposition::{DecompositionSettings, ObjectPieces};
+pub use piece::ConvexPiece;
+pub use protocol::{DisplacementSettings, ObjectMotion, SIX_DIRECTIONS, SixDisplacements};
+pub use rapier::{DynamicObject, FixedHand, simulate, simulate_six_directions};

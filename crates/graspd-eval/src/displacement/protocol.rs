@@ -1,0 +1,129 @@
+//! The simulation-displacement protocol: what is held constant, whatever the physics engine.
+
+use nalgebra::Vector3;
+use serde::{Deserialize, Serialize};
+
+use crate::EvaluationError;
+
+/// The protocol's constants (defaults: those of the paper's supplement, section A.6, and of the GANHand release
+/// that it follows).
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct DisplacementSettings {
+    /// Mass of the object, whatever its volume; inertia is that of the solid object scaled to this mass \[kg\].
+    pub mass: f64,
+    /// Gravitational acceleration \[m/s^2\].
+    pub gravity: f64,
+    /// Which way gravity pulls, in the object's frame; normalised before use.
+    pub gravity_direction: [f64; 3],
+    /// Time step \[s\].
+    pub time_step: f64,
+    /// How many steps are simulated.
+    pub steps: usize,
+    /// Solver iterations in each step.
+    pub solver_iterations: usize,
+    /// Friction coefficient between hand and object (of the pair, not of each).
+    pub friction: f64,
+    /// Restitution of the hand. The pair's restitution is the product of both.
+    pub hand_restitution: f64,
+    /// Restitution of the object.
+    pub object_restitution: f64,
+}
+
+impl Default for DisplacementSettings {
+    fn default() -> Self {
+        Self {
+            mass: 1.0,
+            gravity: 9.8,
+            gravity_direction: [0.0, 1.0, 0.0],
+            time_step: 1.0 / 240.0,
+            steps: 35,
+            solver_iterations: 150,
+            friction: 1.2,
+            hand_restitution: 0.0,
+            object_restitution: 0.5,
+        }
+    }
+}
+
+impl DisplacementSettings {
+    /// Checks that every field lies in its range.
+    ///
+    /// # Errors
+    /// [`EvaluationError::BadSetting`] with the first field that does not.
+    pub fn validate(&self) -> Result<(), EvaluationError> {
+        let check = |field, value: f64, is_allowed: bool, allowed| {
+            if is_allowed && value.is_finite() {
+                Ok(())
+            } else {
+                Err(EvaluationError::BadSetting {
+                    field,
+                    value,
+                    allowed,
+                })
+            }
+        };
+        let positive = |field, value: f64| check(field, value, value > 0.0, "positive and finite");
+        let at_least_zero = |field, value: f64| check(field, value, value >= 0.0, "at least 0");
+        let fraction = |field, value: f64| {
+            check(
+                field,
+                value,
+                (0.0..=1.0).contains(&value),
+                "between 0 and 1",
+            )
+        };
+        positive("mass", self.mass)?;
+        positive("time_step", self.time_step)?;
+        positive("solver_iterations", self.solver_iterations as f64)?;
+        positive(
+            "gravity_direction (its length)",
+            Vector3::from(self.gravity_direction).norm(),
+        )?;
+        at_least_zero("gravity", self.gravity)?;
+        at_least_zero("friction", self.friction)?;
+        fraction("hand_restitution", self.hand_restitution)?;
+        fraction("object_restitution", self.object_restitution)
+    }
+
+    /// How far an object falls that nothing touches, g t^2 / 2 \[m\] (10.4 cm by default): the largest
+    /// displacement that gravity alone can cause.
+    pub fn free_fall(&self) -> f64 {
+        let time = self.time_step * self.steps as f64;
+        0.5 * self.gravity * time * time
+    }
+}
+
+/// How the object moved during one simulation.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ObjectMotion {
+    /// Displacement of the centre of mass \[m\], object frame.
+    pub displacement: [f64; 3],
+    /// Angle of the rotation from the first orientation to the last \[rad\].
+    pub rotation: f64,
+}
+
+impl ObjectMotion {
+    /// Distance between the centre of mass before and after \[cm\]: the metric SD.
+    pub fn displacement_cm(&self) -> f64 {
+        Vector3::from(self.displacement).norm() * 100.0
+    }
+}
+
+/// Displacements under gravity along each axis of the object's frame.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct SixDisplacements {
+    /// \[cm\], under gravity along +x, -x, +y, -y, +z, -z.
+    pub per_direction_cm: [f64; 6],
+    /// Their mean \[cm\].
+    pub mean_cm: f64,
+}
+
+/// The directions of [`SixDisplacements::per_direction_cm`].
+pub const SIX_DIRECTIONS: [[f64; 3]; 6] = [
+    [1.0, 0.0, 0.0],
+    [-1.0, 0.0, 0.0],
+    [0.0, 1.0, 0.0],
+    [0.0, -1.0, 0.0],
+    [0.0, 0.0, 1.0],
+    [0.0, 0.0, -1.0],
+];
