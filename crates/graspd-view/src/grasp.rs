@@ -4,12 +4,13 @@ use graspd_geom::{Rigid, TriangleMesh};
 use graspd_hand::{Hand, HandPose, PalmFrame};
 use nalgebra::{Point3, Unit, UnitQuaternion, Vector3};
 
-use crate::{Camera, Color, Image, Lens, Scene, Shading, Surface, ViewError, render, tile};
+use crate::{Camera, Color, Dot, Image, Lens, Scene, Shading, Surface, ViewError, render, tile};
 
 /// A strip of three pictures of a grasp, each of `panel` = (width, height) pixels: two opposite three-quarter
 /// views, then one that faces the palm (where the palm is not known: from above).
 ///
-/// Both meshes and the palm are in one frame. The object is slate, the hand sand.
+/// Meshes, palm and `contacts` (marks drawn over both, such as contact points coloured by [`Color::heat`] of their
+/// force) are in one frame. The object is slate, the hand sand.
 ///
 /// # Errors
 /// [`ViewError::Size`].
@@ -17,6 +18,7 @@ pub fn render_grasp(
     object: &TriangleMesh,
     hand: &TriangleMesh,
     palm: Option<&PalmFrame>,
+    contacts: &[Dot],
     panel: (usize, usize),
 ) -> Result<Image, ViewError> {
     let scene = Scene {
@@ -32,6 +34,7 @@ pub fn render_grasp(
                 },
             },
         ],
+        dots: contacts.to_vec(),
         ..Scene::default()
     };
     let (width, height) = panel;
@@ -55,10 +58,11 @@ pub fn render_hand_pose(
     object: &TriangleMesh,
     hand: &dyn Hand,
     pose: &HandPose,
+    contacts: &[Dot],
     panel: (usize, usize),
 ) -> Result<Image, ViewError> {
     let palm = palm_in_object_frame(hand.palm(), pose);
-    render_grasp(object, &hand.surface(pose), Some(&palm), panel)
+    render_grasp(object, &hand.surface(pose), Some(&palm), contacts, panel)
 }
 
 /// A palm given in the hand-base frame, in the object frame of this pose.

@@ -395,7 +395,7 @@ fn cameras_that_look_nowhere_are_refused() {
 fn a_grasp_strip_shows_both_colours_in_each_of_three_panels() {
     let object = sphere(Point3::origin(), 0.04, 24);
     let hand = sphere(Point3::new(0.06, 0.0, 0.0), 0.03, 24);
-    let strip = render_grasp(&object, &hand, None, (90, 70)).unwrap();
+    let strip = render_grasp(&object, &hand, None, &[], (90, 70)).unwrap();
     assert_eq!((strip.width(), strip.height()), (3 * 90 + 2 * 4, 70));
     for panel in 0..3 {
         let pixels = (0..70 * 90).map(|i| strip.pixel(panel * 94 + i % 90, i / 90));
