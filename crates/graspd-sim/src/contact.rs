@@ -1,0 +1,69 @@
+//! The contact law, once, over any scalar.
+
+use graspd_ad::{Real, leaky_min};
+use graspd_geom::Vec3;
+
+use crate::params::{ContactParams, Twist, Wrench};
+
+/// What the contact law needs to know of one contact, whatever the object's velocity is.
+#[derive(Clone, Copy, Debug)]
+pub struct ContactState<T> {
+    /// |min(d, 0)|, how far the contact is inside the (dilated) object \[m\]; its derivative leaks where d > 0.
+    pub depth: T,
+    /// Outward unit normal of the object at the contact; zero where the distance field has no gradient.
+    pub normal: Vec3<T>,
+    /// r_c = p_c - COM, from the object's centre of mass to the contact \[m\].
+    pub lever: Vec3<T>,
+}
+
+impl<T: Real> ContactState<T> {
+    /// From the signed distance `d` \[m\] to the (dilated) surface and its gradient at the contact.
+    ///
+    /// At d = 0 the derivative of the depth is that of contact; where d > 0 the fraction `leak` of it.
+    #[inline(always)]
+    pub fn new(distance: T, gradient: Vec3<T>, lever: Vec3<T>, leak: f64) -> Self {
+        Self {
+            depth: -leaky_min(distance, leak),
+            normal: gradient.normalize_or_zero(),
+            lever,
+        }
+    }
+
+    /// The wrench on the object that moves with `twist`; the hand stands still.
+    ///
+    /// With the depth |c|, the hand's velocity relative to the object u = -(v + w x r_c) and its tangential part
+    /// u_t = u - (u.n) n:
+    ///
+    /// ```text
+    /// f = -k_n |c| n + min(k_f |c| |u_t|, mu k_n |c|) u_t / |u_t|,    wrench = (r_c x f, f)
+    /// ```
+    ///
+    /// At u_t = 0 the friction is 0 and so is its derivative. At the corner between sticking and sliding the
+    /// derivative is that of sticking.
+    ///
+    /// # Source
+    /// Grasp'D (ECCV 2022), section 3.2 and supplementary A.5; the friction's stiffness scales with the depth.
+    #[inline(always)]
+    pub fn wrench(&self, twist: &Twist<T>, params: &ContactParams) -> Wrench<T> {
+        let stiffness = T::constant(params.normal_stiffness);
+        let normal_force = stiffness * self.depth;
+
+        let slip = -(twist.linear + twist.angular.cross(self.lever));
+        let tangential = slip - self.normal * slip.dot(self.normal);
+        let speed_squared = tangential.norm_squared();
+        let slips = speed_squared.gt(T::zero());
+        let speed = T::select(slips, speed_squared, T::one()).sqrt();
+        // Friction per depth and speed: k_f sticking, mu k_n / |u_t| sliding. The depth stays outside the minimum: at
+        // depth 0 both sides would tie, and a point that does not touch would always leak the gradient of sticking.
+        let sticking = T::constant(params.friction_stiffness);
+        let sliding = T::constant(params.friction_coefficient * params.normal_stiffness) / speed;
+        let coefficient = T::select(slips, sticking.min(sliding), T::zero());
+        let friction = coefficient * self.depth;
+
+        let force = tangential * friction - self.normal * normal_force;
+        Wrench {
+            torque: self.lever.cross(force),
+            force,
+        }
+    }
+}

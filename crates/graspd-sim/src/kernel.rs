@@ -1,0 +1,197 @@
+//! The loops over contacts: the whole cost of a step is here.
+
+use graspd_ad::{Dual, Element, Kernel, Real, vectorize};
+use graspd_geom::Vec3;
+use graspd_hand::{POINT_PADDING, PointBuffer};
+
+use crate::contact::ContactState;
+use crate::object::SimulatedObject;
+use crate::params::{ContactParams, Twist, Wrench};
+
+/// Numbers in a wrench: the torque's three, then the force's three.
+pub(crate) const WRENCH_LEN: usize = 6;
+
+/// A float type that contacts can be evaluated in.
+///
+/// Implemented by `f64`, the reference: one contact at a time; and by `f32`: eight contacts at a time in the widest
+/// vector registers of the machine. Both run the same code.
+pub trait Precision: Element {
+    /// The wrench of every contact for every object velocity, `[blocks of 8][J][6][8]`.
+    fn wrenches(contacts: &ContactLoop<'_, Self>, wrenches: &mut [Self]);
+
+    /// L_phys; writes its derivative by the contact positions to `gradient`.
+    fn physics_loss(
+        contacts: &ContactLoop<'_, Self>,
+        weight: &[Self],
+        targets: &[Self],
+        gradient: &mut PointBuffer<Self>,
+    ) -> f64;
+}
+
+impl Precision for f64 {
+    fn wrenches(contacts: &ContactLoop<'_, f64>, wrenches: &mut [f64]) {
+        WrenchKernel { contacts, wrenches }.run_with::<f64>();
+    }
+    fn physics_loss(
+        contacts: &ContactLoop<'_, f64>,
+        weight: &[f64],
+        targets: &[f64],
+        gradient: &mut PointBuffer<f64>,
+    ) -> f64 {
+        LossKernel {
+            contacts,
+            weight,
+            targets,
+            gradient,
+        }
+        .run_with::<f64>()
+    }
+}
+
+impl Precision for f32 {
+    fn wrenches(contacts: &ContactLoop<'_, f32>, wrenches: &mut [f32]) {
+        vectorize(WrenchKernel { contacts, wrenches });
+    }
+    fn physics_loss(
+        contacts: &ContactLoop<'_, f32>,
+        weight: &[f32],
+        targets: &[f32],
+        gradient: &mut PointBuffer<f32>,
+    ) -> f64 {
+        vectorize(LossKernel {
+            contacts,
+            weight,
+            targets,
+            gradient,
+        })
+    }
+}
+
+/// The contacts of a hand at an object, as the loops over them read them.
+pub struct ContactLoop<'a, E> {
+    pub(crate) object: &'a SimulatedObject,
+    pub(crate) velocities: &'a [Twist<f64>],
+    pub(crate) contact: ContactParams,
+    pub(crate) smoothing: f64,
+    pub(crate) points: &'a PointBuffer<E>,
+}
+
+impl<E: Element> ContactLoop<'_, E> {
+    #[inline(always)]
+    fn point<L: Real<Element = E>>(&self, first: usize) -> Vec3<L> {
+        Vec3::new(
+            L::load(&self.points.x[first..]),
+            L::load(&self.points.y[first..]),
+            L::load(&self.points.z[first..]),
+        )
+    }
+
+    #[inline(always)]
+    fn state<T: Real>(&self, point: Vec3<T>) -> ContactState<T> {
+        let (distance, gradient) = self.object.sdf().distance_and_gradient(point);
+        ContactState::new(
+            distance - T::constant(self.smoothing),
+            gradient,
+            point - Vec3::constant(self.object.center_of_mass()),
+            self.contact.leak,
+        )
+    }
+
+    #[inline(always)]
+    fn wrench<T: Real>(&self, state: &ContactState<T>, twist: &Twist<f64>) -> [T; WRENCH_LEN] {
+        let twist = Twist {
+            linear: Vec3::constant(twist.linear),
+            angular: Vec3::constant(twist.angular),
+        };
+        let Wrench { torque, force } = state.wrench(&twist, &self.contact);
+        [torque.x, torque.y, torque.z, force.x, force.y, force.z]
+    }
+
+    /// Where component 0 of the wrench of contact `first` for velocity `j` is stored.
+    #[inline(always)]
+    fn offset(&self, first: usize, j: usize) -> usize {
+        let (block, lane) = (first / POINT_PADDING, first % POINT_PADDING);
+        (block * self.velocities.len() + j) * WRENCH_LEN * POINT_PADDING + lane
+    }
+}
+
+struct WrenchKernel<'a, E> {
+    contacts: &'a ContactLoop<'a, E>,
+    wrenches: &'a mut [E],
+}
+
+impl<E: Element> WrenchKernel<'_, E> {
+    #[inline(always)]
+    fn run_with<L: Real<Element = E>>(self) {
+        let contacts = self.contacts;
+        for first in (0..contacts.points.len()).step_by(L::LANES) {
+            let state = contacts.state(contacts.point::<L>(first));
+            for j in 0..contacts.velocities.len() {
+                let wrench = contacts.wrench(&state, &contacts.velocities[j]);
+                let offset = contacts.offset(first, j);
+                for k in 0..WRENCH_LEN {
+                    wrench[k].store(&mut self.wrenches[offset + k * POINT_PADDING..]);
+                }
+            }
+        }
+    }
+}
+
+impl Kernel for WrenchKernel<'_, f32> {
+    type Output = ();
+    #[inline(always)]
+    fn run<L: Real<Element = f32>>(self) {
+        self.run_with::<L>();
+    }
+}
+
+struct LossKernel<'a, E> {
+    contacts: &'a ContactLoop<'a, E>,
+    weight: &'a [E],
+    targets: &'a [E],
+    gradient: &'a mut PointBuffer<E>,
+}
+
+impl<E: Element> LossKernel<'_, E> {
+    #[inline(always)]
+    fn run_with<L: Real<Element = E>>(self) -> f64 {
+        let contacts = self.contacts;
+        let mut total = L::zero();
+        for first in (0..contacts.points.len()).step_by(L::LANES) {
+            let point = contacts.point::<L>(first);
+            let state = contacts.state(Vec3::new(
+                Dual::<L, 3>::variable(point.x, 0),
+                Dual::variable(point.y, 1),
+                Dual::variable(point.z, 2),
+            ));
+            let mut loss = Dual::<L, 3>::constant(L::zero());
+            for j in 0..contacts.velocities.len() {
+                let wrench = contacts.wrench(&state, &contacts.velocities[j]);
+                let offset = contacts.offset(first, j);
+                for k in 0..WRENCH_LEN {
+                    let target = L::load(&self.targets[offset + k * POINT_PADDING..]);
+                    let residual = wrench[k] - Dual::constant(target);
+                    loss += residual * residual;
+                }
+            }
+            let weight = L::load(&self.weight[first..]);
+            total += weight * loss.value;
+            (weight * loss.derivative[0]).store(&mut self.gradient.x[first..]);
+            (weight * loss.derivative[1]).store(&mut self.gradient.y[first..]);
+            (weight * loss.derivative[2]).store(&mut self.gradient.z[first..]);
+        }
+        let mut sum = 0.0;
+        for lane in 0..L::LANES {
+            sum += total.lane(lane);
+        }
+        sum
+    }
+}
+
+impl Kernel for LossKernel<'_, f32> {
+    type Output = f64;
+    #[inline(always)]
+    fn run<L: Real<Element = f32>>(self) -> f64 {
+        self.run_with::<L>()
+    }
+}

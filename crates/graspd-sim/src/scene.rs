@@ -1,0 +1,287 @@
+//! A hand at an object: where gradients of the simulated losses with respect to the hand's pose are computed.
+
+use graspd_geom::Vec3;
+use graspd_hand::{
+    Hand, HandPose, HandScratch, Kinematics, POINT_PADDING, PointBuffer, PoseGradient,
+};
+
+use crate::kernel::{ContactLoop, Precision, WRENCH_LEN};
+use crate::losses::intersection_loss_gradient;
+use crate::object::SimulatedObject;
+use crate::params::{ContactParams, SimulationParams, Twist, Wrench};
+use crate::step::{step_twist, task_loss};
+
+/// The outcome of the simulated steps under a set of contact wrenches.
+#[derive(Clone, Debug)]
+pub struct TaskOutcome {
+    /// L_task.
+    pub loss: f64,
+    /// dL_task / d(total wrench), for each velocity; the same for the wrench at each contact, `[J]`.
+    pub wrench_gradient: Vec<Wrench<f64>>,
+}
+
+/// The contacts as the kernels read them; a macro, since a method would borrow the outputs too.
+macro_rules! contact_loop {
+    ($scene:ident) => {
+        ContactLoop {
+            object: $scene.object,
+            velocities: &$scene.params.velocities,
+            contact: $scene.contact,
+            smoothing: $scene.smoothing,
+            points: &$scene.contacts,
+        }
+    };
+}
+
+/// One hand, one object and all working memory of one optimisation; a step through it allocates nothing.
+///
+/// `E` is the precision that contacts are evaluated in: `f64`, the reference, one contact at a time, or `f32`, eight at
+/// a time in vector registers. Each contact is evaluated as a dual number over its own position, and the position
+/// derivatives are pulled back to the pose by the hand.
+///
+/// Contact wrenches are stored as `[blocks of 8 contacts][J][6][8]`, torque before force.
+pub struct Scene<'a, E> {
+    hand: &'a dyn Hand,
+    object: &'a SimulatedObject,
+    params: &'a SimulationParams,
+    contact: ContactParams,
+    smoothing: f64,
+    scratch: HandScratch,
+    contacts: PointBuffer<E>,
+    contact_gradient: PointBuffer<E>,
+    spheres: PointBuffer<E>,
+    sphere_gradient: PointBuffer<E>,
+    weight: Vec<E>,
+    wrenches: Vec<E>,
+    task: TaskOutcome,
+    twists_after: Vec<Twist<f64>>,
+}
+
+impl<'a, E: Precision> Scene<'a, E>
+where
+    for<'h> dyn Hand + 'h: Kinematics<E>,
+{
+    /// A scene with the object undilated; call [`Scene::place`] before anything else.
+    pub fn new(
+        hand: &'a dyn Hand,
+        object: &'a SimulatedObject,
+        params: &'a SimulationParams,
+    ) -> Self {
+        let points = hand.contact_points();
+        let len = points.weight.len();
+        let spheres = hand.collision_spheres().radius.len();
+        let velocities = params.velocities.len();
+        Self {
+            hand,
+            object,
+            params,
+            contact: params.contact,
+            smoothing: 0.0,
+            scratch: hand.new_scratch(),
+            contacts: PointBuffer::zeros(len),
+            contact_gradient: PointBuffer::zeros(len),
+            spheres: PointBuffer::zeros(spheres),
+            sphere_gradient: PointBuffer::zeros(spheres),
+            weight: points
+                .weight
+                .iter()
+                .map(|&w| E::constant(f64::from(w)))
+                .collect(),
+            wrenches: vec![E::constant(0.0); len * velocities * WRENCH_LEN],
+            task: TaskOutcome {
+                loss: 0.0,
+                wrench_gradient: vec![
+                    Wrench {
+                        torque: Vec3::zero(),
+                        force: Vec3::zero(),
+                    };
+                    velocities
+                ],
+            },
+            twists_after: params.velocities.clone(),
+        }
+    }
+
+    /// How many numbers a set of target wrenches has.
+    pub fn wrench_len(&self) -> usize {
+        self.wrenches.len()
+    }
+
+    /// Sets the radius by which the object is dilated \[m\] (coarse-to-fine smoothing).
+    pub fn set_smoothing(&mut self, radius: f64) {
+        self.smoothing = radius;
+    }
+
+    /// Replaces the contact law's constants, for stiffness that changes along an optimisation.
+    pub fn set_contact(&mut self, contact: ContactParams) {
+        self.contact = contact;
+    }
+
+    /// Moves the hand.
+    pub fn place(&mut self, pose: &HandPose) {
+        self.hand.forward(
+            pose,
+            &mut self.scratch,
+            &mut self.contacts,
+            &mut self.spheres,
+        );
+    }
+
+    /// The signed distance \[m\] of the contact point that is closest to (or deepest in) the undilated object.
+    pub fn closest_distance(&self) -> f64 {
+        let sdf = self.object.sdf();
+        (0..self.contacts.len())
+            .map(|i| sdf.distance(self.contacts.get(i)))
+            .fold(f64::INFINITY, f64::min)
+    }
+
+    /// The contact points in the object frame, padding included.
+    pub fn contacts(&self) -> &PointBuffer<E> {
+        &self.contacts
+    }
+
+    /// The contact wrenches of the last [`Scene::contact_wrenches`].
+    pub fn wrenches(&self) -> &[E] {
+        &self.wrenches
+    }
+
+    /// Evaluates f_c(q, v_j), the wrench of every contact for every object velocity.
+    pub fn contact_wrenches(&mut self) {
+        let contacts = contact_loop!(self);
+        E::wrenches(&contacts, &mut self.wrenches);
+    }
+
+    /// L_phys = sum_j sum_c ||f_c(q, v_j) - target_jc||^2, keeping its derivative by the contact positions for
+    /// [`Scene::pull_back`].
+    ///
+    /// # Panics
+    /// If `targets` is not [`Scene::wrench_len`] long.
+    pub fn physics_loss(&mut self, targets: &[E]) -> f64 {
+        assert_eq!(
+            targets.len(),
+            self.wrenches.len(),
+            "one target for each wrench"
+        );
+        let contacts = contact_loop!(self);
+        E::physics_loss(&contacts, &self.weight, targets, &mut self.contact_gradient)
+    }
+
+    /// Steps the object under the target wrenches from each velocity: L_task and its gradient.
+    ///
+    /// # Panics
+    /// If `targets` is not [`Scene::wrench_len`] long.
+    pub fn task(&mut self, targets: &[E]) -> &TaskOutcome {
+        assert_eq!(
+            targets.len(),
+            self.wrenches.len(),
+            "one target for each wrench"
+        );
+        let velocities = self.params.velocities.len();
+        for j in 0..velocities {
+            let total = total_wrench(targets, velocities, j);
+            self.twists_after[j] = step_twist(
+                self.object,
+                &self.params.velocities[j],
+                &total,
+                self.params.time_step,
+            );
+        }
+        self.task.loss = task_loss(&self.twists_after);
+        for (slot, twist) in self.task.wrench_gradient.iter_mut().zip(&self.twists_after) {
+            // d||twist'||^2 / d wrench = 2 dt M^-1 twist', since M is symmetric.
+            let doubled = Wrench {
+                torque: twist.angular * 2.0,
+                force: twist.linear * 2.0,
+            };
+            let change = self
+                .object
+                .impulse_response(&doubled, self.params.time_step);
+            *slot = Wrench {
+                torque: change.angular,
+                force: change.linear,
+            };
+        }
+        &self.task
+    }
+
+    /// The gradient of `physics_weight` L_phys + `task_weight` L_task with respect to the target wrenches, with the
+    /// contact wrenches of the last [`Scene::contact_wrenches`] and the outcome of the last [`Scene::task`].
+    ///
+    /// `gradient` is overwritten; it is 0 at padding.
+    pub fn target_gradient(
+        &self,
+        targets: &[E],
+        physics_weight: f64,
+        task_weight: f64,
+        gradient: &mut [E],
+    ) {
+        let velocities = self.params.velocities.len();
+        let physics = E::constant(2.0 * physics_weight);
+        let stride = POINT_PADDING * WRENCH_LEN;
+        let blocks = gradient
+            .chunks_exact_mut(stride * velocities)
+            .zip(targets.chunks_exact(stride * velocities))
+            .zip(self.wrenches.chunks_exact(stride * velocities))
+            .zip(self.weight.chunks_exact(POINT_PADDING));
+        for (((gradient, targets), wrenches), weight) in blocks {
+            for (j, wrench) in self.task.wrench_gradient.iter().enumerate() {
+                let (torque, force) = (wrench.torque, wrench.force);
+                let task = [torque.x, torque.y, torque.z, force.x, force.y, force.z];
+                for (k, task) in task.into_iter().enumerate() {
+                    let task = E::constant(task_weight * task);
+                    let range =
+                        j * stride + k * POINT_PADDING..j * stride + (k + 1) * POINT_PADDING;
+                    let rows = gradient[range.clone()]
+                        .iter_mut()
+                        .zip(&targets[range.clone()])
+                        .zip(&wrenches[range])
+                        .zip(weight);
+                    for (((slot, &target), &wrench), &weight) in rows {
+                        *slot = weight * (physics * (target - wrench) + task);
+                    }
+                }
+            }
+        }
+    }
+
+    /// L_inter \[m^2\], keeping `weight` times its derivative by the sphere centres for [`Scene::pull_back`].
+    pub fn intersection_loss(&mut self, weight: f64) -> f64 {
+        intersection_loss_gradient(
+            &self.spheres,
+            self.hand.collision_spheres(),
+            weight,
+            &mut self.sphere_gradient,
+        )
+    }
+
+    /// The derivative of the last [`Scene::physics_loss`] plus `weight` times the last
+    /// [`Scene::intersection_loss`] with respect to the pose that the hand was placed at.
+    pub fn pull_back(&mut self, pose: &HandPose, gradient: &mut PoseGradient) {
+        self.hand.pullback(
+            pose,
+            &mut self.scratch,
+            &self.contacts,
+            &self.contact_gradient,
+            &self.spheres,
+            &self.sphere_gradient,
+            gradient,
+        );
+    }
+}
+
+/// The sum of the target wrenches of velocity `j` over all contacts.
+fn total_wrench<E: Precision>(targets: &[E], velocities: usize, j: usize) -> Wrench<f64> {
+    let stride = POINT_PADDING * WRENCH_LEN;
+    let mut sums = [0.0; WRENCH_LEN];
+    for block in targets.chunks_exact(stride * velocities) {
+        let rows = block[j * stride..(j + 1) * stride].chunks_exact(POINT_PADDING);
+        for (sum, row) in sums.iter_mut().zip(rows) {
+            *sum += row.iter().map(|v| v.lane(0)).sum::<f64>();
+        }
+    }
+    let [tx, ty, tz, fx, fy, fz] = sums;
+    Wrench {
+        torque: Vec3::new(tx, ty, tz),
+        force: Vec3::new(fx, fy, fz),
+    }
+}
