@@ -243,7 +243,7 @@ fn what_has_no_signed_distance_is_refused_with_the_reason() {
     let mut bad = cuboid([1.0; 3]);
     bad.faces[2][1] = 77;
     assert!(message(&bad).contains("vertex 77"));
-    assert!(message(&reversed(cuboid([1.0; 3]))).contains("inside out"));
+    assert!(message(&reversed(cuboid([1.0; 3]))).contains("inside-out"));
     assert!(message(&cuboid([1.0, 1.0, 0.0])).contains("no volume"));
 
     let surface = SignedDistance::new(&cuboid([1.0; 3])).unwrap();

@@ -182,7 +182,7 @@ pub enum HandError {
         /// The body.
         body: String,
         /// What is wrong with its mesh.
-        error: graspd_geom::DistanceError,
+        error: graspd_geom::GeometryError,
     },
     /// A hand without any surface.
     #[error(

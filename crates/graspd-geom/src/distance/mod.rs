@@ -1,7 +1,6 @@
 //! Exact distances to triangle meshes, and their sign.
 
-mod closed;
-mod error;
+mod boundary;
 mod oriented_box;
 mod packet;
 mod signed;
@@ -9,7 +8,6 @@ mod tree;
 mod triangle;
 mod winding;
 
-pub use error::DistanceError;
 pub(crate) use packet::{PACKET, Packet};
 pub use signed::SignedDistance;
 pub use tree::{ClosestPoint, TriangleTree};

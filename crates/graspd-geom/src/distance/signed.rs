@@ -2,10 +2,9 @@
 
 use nalgebra::{Point3, Vector3};
 
-use super::closed::check_closed;
-use super::error::DistanceError;
+use super::boundary::check_closed;
 use super::tree::{ClosestPoint, TriangleTree};
-use crate::TriangleMesh;
+use crate::{GeometryError, TriangleMesh};
 
 /// Exact signed distance to a closed mesh whose faces look outward: negative inside.
 ///
@@ -24,7 +23,7 @@ impl SignedDistance {
     /// # Errors
     /// A mesh that is empty, refers to vertices that it does not have, has coordinates that are not finite, is
     /// not closed, encloses no volume or is inside out.
-    pub fn new(mesh: &TriangleMesh) -> Result<Self, DistanceError> {
+    pub fn new(mesh: &TriangleMesh) -> Result<Self, GeometryError> {
         let tree = TriangleTree::new(mesh)?;
         check_closed(mesh)?;
         Ok(Self { tree })

@@ -3,11 +3,10 @@
 use nalgebra::{Point3, Vector3};
 use rayon::prelude::*;
 
-use super::closed::check_finite;
-use super::error::DistanceError;
+use super::boundary::check_finite;
 use super::oriented_box::{OrientedBox, Slack};
 use super::triangle::Triangle;
-use crate::TriangleMesh;
+use crate::{GeometryError, TriangleMesh};
 
 /// Most triangles in a leaf.
 const LEAF: usize = 2;
@@ -70,7 +69,7 @@ impl TriangleTree {
     ///
     /// # Errors
     /// A mesh without faces, with an index out of range or with a coordinate that is not finite.
-    pub fn new(mesh: &TriangleMesh) -> Result<Self, DistanceError> {
+    pub fn new(mesh: &TriangleMesh) -> Result<Self, GeometryError> {
         check_finite(mesh)?;
         let centers: Vec<Point3<f64>> = (0..mesh.faces.len())
             .map(|face| {

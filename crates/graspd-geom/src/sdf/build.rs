@@ -8,8 +8,8 @@ use rayon::prelude::*;
 use super::SdfGrid;
 use super::grid::{allocate, check_dims, node};
 use super::rows::Rows;
-use crate::Vec3;
-use crate::distance::{DistanceError, PACKET, Packet, SignedDistance};
+use crate::distance::{PACKET, Packet, SignedDistance};
+use crate::{GeometryError, Vec3};
 
 /// Layers that one task fills: as thick as a packet.
 const THICKNESS: usize = 2;
@@ -30,12 +30,12 @@ impl SdfGrid {
         resolution: usize,
         padding: f64,
         progress: &(dyn Fn(f64) + Sync),
-    ) -> Result<Self, DistanceError> {
+    ) -> Result<Self, GeometryError> {
         let dims = [resolution; 3];
         check_dims(dims)?;
         if !(padding >= 0.0 && padding.is_finite()) {
             let what = format!("the padding is {padding}");
-            return Err(DistanceError::Extent { what });
+            return Err(GeometryError::GridExtent { what });
         }
         let (low, high) = surface.bounds();
         let origin = Vec3::new(low.x - padding, low.y - padding, low.z - padding);

@@ -2,8 +2,7 @@
 
 use nalgebra::Point3;
 
-use crate::Vec3;
-use crate::distance::DistanceError;
+use crate::{GeometryError, Vec3};
 
 /// Most samples along one axis.
 pub(super) const MAX_RESOLUTION: usize = 1024;
@@ -31,10 +30,10 @@ impl SdfGrid {
         spacing: Vec3<f64>,
         dims: [usize; 3],
         values: Vec<f32>,
-    ) -> Result<Self, DistanceError> {
+    ) -> Result<Self, GeometryError> {
         check_dims(dims)?;
-        let bad_values = |what| DistanceError::Values { dims, what };
-        let bad_extent = |what: &str| DistanceError::Extent { what: what.into() };
+        let bad_values = |what| GeometryError::GridValues { dims, what };
+        let bad_extent = |what: &str| GeometryError::GridExtent { what: what.into() };
         if values.len() != dims.iter().product::<usize>() {
             return Err(bad_values(format!("there are {} of them", values.len())));
         }
@@ -66,7 +65,7 @@ impl SdfGrid {
         spacing: Vec3<f64>,
         dims: [usize; 3],
         mut function: impl FnMut(Vec3<f64>) -> f64,
-    ) -> Result<Self, DistanceError> {
+    ) -> Result<Self, GeometryError> {
         check_dims(dims)?;
         let mut values = allocate(dims)?;
         for k in 0..dims[2] {
@@ -122,11 +121,11 @@ pub(super) fn node(origin: Vec3<f64>, spacing: Vec3<f64>, [i, j, k]: [usize; 3])
     )
 }
 
-pub(super) fn check_dims(dims: [usize; 3]) -> Result<(), DistanceError> {
+pub(super) fn check_dims(dims: [usize; 3]) -> Result<(), GeometryError> {
     if dims.iter().all(|n| (2..=MAX_RESOLUTION).contains(n)) {
         Ok(())
     } else {
-        Err(DistanceError::Resolution {
+        Err(GeometryError::GridResolution {
             dims,
             max: MAX_RESOLUTION,
         })
@@ -134,12 +133,12 @@ pub(super) fn check_dims(dims: [usize; 3]) -> Result<(), DistanceError> {
 }
 
 /// An empty vector with room for a grid.
-pub(super) fn allocate(dims: [usize; 3]) -> Result<Vec<f32>, DistanceError> {
+pub(super) fn allocate(dims: [usize; 3]) -> Result<Vec<f32>, GeometryError> {
     let count = dims.iter().product();
     let mut values = Vec::new();
     values
         .try_reserve_exact(count)
-        .map_err(|_| DistanceError::Memory {
+        .map_err(|_| GeometryError::GridMemory {
             dims,
             bytes: count * size_of::<f32>(),
         })?;

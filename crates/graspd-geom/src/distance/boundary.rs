@@ -2,31 +2,26 @@
 
 use std::collections::HashMap;
 
-use nalgebra::Point3;
-
-use super::error::DistanceError;
-use crate::TriangleMesh;
-
-/// Share of the bounding box's cubed diagonal below which an enclosed volume counts as none.
-const NO_VOLUME: f64 = 1e-12;
+use crate::mass::encloses_volume;
+use crate::{GeometryError, TriangleMesh, signed_volume};
 
 /// Checks indices and coordinates.
-pub(super) fn check_finite(mesh: &TriangleMesh) -> Result<(), DistanceError> {
+pub(super) fn check_finite(mesh: &TriangleMesh) -> Result<(), GeometryError> {
     if mesh.faces.is_empty() {
-        return Err(DistanceError::EmptyMesh);
+        return Err(GeometryError::EmptyMesh);
     }
     for (vertex, position) in mesh.vertices.iter().enumerate() {
         if !position.iter().all(|x| x.is_finite()) {
-            return Err(DistanceError::NotFinite {
+            return Err(GeometryError::NotFinite {
                 vertex,
-                position: *position,
+                position: position.coords.into(),
             });
         }
     }
     for (face, indices) in mesh.faces.iter().enumerate() {
         for &index in indices {
             if index as usize >= mesh.vertices.len() {
-                return Err(DistanceError::IndexOutOfRange {
+                return Err(GeometryError::FaceOutOfRange {
                     face,
                     index,
                     vertices: mesh.vertices.len(),
@@ -42,7 +37,7 @@ pub(super) fn check_finite(mesh: &TriangleMesh) -> Result<(), DistanceError> {
 ///
 /// Edges are compared by the positions of their ends: a winding number does not depend on which of several
 /// vertices at one place a face names.
-pub(super) fn check_closed(mesh: &TriangleMesh) -> Result<(), DistanceError> {
+pub(super) fn check_closed(mesh: &TriangleMesh) -> Result<(), GeometryError> {
     let mut first_at = HashMap::new();
     let place: Vec<u32> = mesh
         .vertices
@@ -68,32 +63,19 @@ pub(super) fn check_closed(mesh: &TriangleMesh) -> Result<(), DistanceError> {
     }
     let open = surplus.iter().filter(|(_, count)| **count != 0);
     if let Some(((from, to), _)) = open.clone().min_by_key(|(edge, _)| **edge) {
-        return Err(DistanceError::NotClosed {
+        return Err(GeometryError::NotClosed {
             edges: open.count(),
-            from: mesh.vertices[*from as usize],
-            to: mesh.vertices[*to as usize],
+            from: mesh.vertices[*from as usize].coords.into(),
+            to: mesh.vertices[*to as usize].coords.into(),
         });
     }
-    check_outward(mesh)
-}
-
-fn check_outward(mesh: &TriangleMesh) -> Result<(), DistanceError> {
-    let (low, high) = mesh
-        .bounds()
-        .unwrap_or((Point3::origin(), Point3::origin()));
-    let middle = nalgebra::center(&low, &high);
-    let volume: f64 = (0..mesh.faces.len())
-        .map(|face| {
-            let [a, b, c] = mesh.corners(face).map(|corner| corner - middle);
-            a.dot(&b.cross(&c)) / 6.0
-        })
-        .sum();
-    let least = NO_VOLUME * (high - low).norm().powi(3);
-    if volume < -least {
-        Err(DistanceError::InsideOut { volume })
-    } else if volume <= least {
-        Err(DistanceError::NoVolume { volume })
-    } else {
+    let volume = signed_volume(mesh);
+    if encloses_volume(volume, mesh) {
         Ok(())
+    } else if encloses_volume(-volume, mesh) {
+        Err(GeometryError::InsideOut { volume })
+    } else {
+        let name = "the mesh".into();
+        Err(GeometryError::NoVolume { name })
     }
 }
