@@ -47,4 +47,10 @@ pub enum EvaluationError {
         /// The first step with a bad pose.
         step: usize,
     },
+    /// A list of metrics has a name that is none.
+    #[error("there is no metric `{name}`; choose from ca, iv, pd, gws, sd, sd6 and all")]
+    UnknownMetric {
+        /// The name.
+        name: String,
+    },
 }

@@ -21,13 +21,25 @@
 //! assert_eq!(grasp_quality(&wrenches[..2 * FRICTION_EDGES]).epsilon, 0.0);
 //! ```
 
+mod contact_area;
+#[cfg(test)]
+mod contact_tests;
+mod contacts;
 mod displacement;
 mod error;
 mod ferrari_canny;
 mod hull;
+mod interpenetration;
+mod penetration;
+mod polygon;
 mod reduction;
+mod report;
+#[cfg(test)]
+mod report_tests;
+mod settings;
 #[cfg(test)]
 mod test_shapes;
+mod voxels;
 mod wrench_space;
 
 pub use displacement::{
@@ -41,5 +53,8 @@ pub use hull::{
     ConvexHull, DepthBounds, HullFacet, HullShape, MOST_FACETS, convex_hull, convex_hull_limited,
     origin_depth_bounds,
 };
+pub use interpenetration::interpenetration_volume_cm3;
 pub use reduction::reduce_contacts;
+pub use report::{GraspMetrics, ObjectUnderTest, evaluate};
+pub use settings::{EvaluationSettings, Metrics};
 pub use wrench_space::{Contact, FRICTION_EDGES, grasp_wrenches, largest_radius};

@@ -15,6 +15,7 @@ use nalgebra::Point3;
 use serde::{Deserialize, Serialize};
 
 use super::piece::{ConvexPiece, simplified_hull};
+use crate::polygon::{clip, crossing};
 
 /// How finely an object is cut into convex pieces.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -286,38 +287,4 @@ fn corners(low: &Point3<f64>, high: &Point3<f64>) -> impl Iterator<Item = Point3
         };
         Point3::new(pick(0), pick(1), pick(2))
     })
-}
-
-/// Where the edge from `a` to `b` crosses the plane x\[axis\] = at; exactly on it in that coordinate.
-fn crossing(a: &Point3<f64>, b: &Point3<f64>, axis: usize, at: f64) -> Point3<f64> {
-    let fraction = (at - a[axis]) / (b[axis] - a[axis]);
-    let mut point = a + (b - a) * fraction;
-    point[axis] = at;
-    point
-}
-
-type Side = Option<Vec<Point3<f64>>>;
-
-/// The parts of a convex polygon below and above the plane x\[axis\] = at; a polygon within the plane goes below.
-fn clip(polygon: &[Point3<f64>], axis: usize, at: f64) -> (Side, Side) {
-    let (mut below, mut above) = (Vec::new(), Vec::new());
-    for (i, a) in polygon.iter().enumerate() {
-        let b = &polygon[(i + 1) % polygon.len()];
-        if a[axis] <= at {
-            below.push(*a);
-        }
-        if a[axis] >= at {
-            above.push(*a);
-        }
-        if (a[axis] < at && b[axis] > at) || (a[axis] > at && b[axis] < at) {
-            let point = crossing(a, b, axis, at);
-            below.push(point);
-            above.push(point);
-        }
-    }
-    let is_within_plane = polygon.iter().all(|p| p[axis] == at);
-    (
-        (below.len() >= 3).then_some(below),
-        (above.len() >= 3 && !is_within_plane).then_some(above),
-    )
 }

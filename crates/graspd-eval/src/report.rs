@@ -1,0 +1,222 @@
+//! All metrics of one grasp, in the form that records keep.
+
+use std::sync::OnceLock;
+
+use graspd_geom::{MassProperties, SignedDistance, TriangleMesh};
+use nalgebra::Point3;
+use serde::{Deserialize, Serialize};
+
+use crate::EvaluationError;
+use crate::contact_area::contact_area_cm2;
+use crate::contacts::contacts;
+use crate::displacement::{
+    DecompositionSettings, DynamicObject, FixedHand, ObjectPieces, simulate,
+    simulate_six_directions,
+};
+use crate::ferrari_canny::grasp_quality;
+use crate::interpenetration::interpenetration_volume_cm3;
+use crate::penetration::max_penetration_mm;
+use crate::reduction::reduce_contacts;
+use crate::settings::EvaluationSettings;
+use crate::voxels::surface_voxels;
+use crate::wrench_space::{Contact, grasp_wrenches, largest_radius};
+
+/// An object with everything about it that all of its grasps share.
+pub struct ObjectUnderTest {
+    mesh: TriangleMesh,
+    distance: SignedDistance,
+    mass_properties: MassProperties,
+    torque_scale: f64,
+    decomposition: DecompositionSettings,
+    /// Made when a displacement is first asked for: it takes seconds, and other metrics do not need it.
+    dynamic: OnceLock<DynamicObject>,
+}
+
+impl ObjectUnderTest {
+    /// From the object's true mesh \[m\]: closed, faces looking outward.
+    ///
+    /// # Errors
+    /// [`EvaluationError::BadMesh`] if the mesh is empty, open or inside out.
+    pub fn new(mesh: &TriangleMesh) -> Result<Self, EvaluationError> {
+        Self::with_decomposition(mesh, &DecompositionSettings::default())
+    }
+
+    /// As [`ObjectUnderTest::new`], with settings for the convex decomposition that the displacement needs.
+    ///
+    /// # Errors
+    /// As [`ObjectUnderTest::new`].
+    pub fn with_decomposition(
+        mesh: &TriangleMesh,
+        decomposition: &DecompositionSettings,
+    ) -> Result<Self, EvaluationError> {
+        let bad = |fault: String| EvaluationError::BadMesh {
+            mesh: "object",
+            fault,
+        };
+        let distance = SignedDistance::new(mesh).map_err(|error| bad(error.to_string()))?;
+        let mass_properties =
+            MassProperties::new(mesh, 1.0, "object").map_err(|error| bad(error.to_string()))?;
+        Ok(Self {
+            torque_scale: largest_radius(&mesh.vertices, mass_properties.center_of_mass),
+            mesh: mesh.clone(),
+            distance,
+            mass_properties,
+            decomposition: decomposition.clone(),
+            dynamic: OnceLock::new(),
+        })
+    }
+
+    /// The exact signed distance to the object.
+    pub fn signed_distance(&self) -> &SignedDistance {
+        &self.distance
+    }
+    /// Centre of mass of the solid at uniform density \[m\].
+    pub fn center_of_mass(&self) -> Point3<f64> {
+        self.mass_properties.center_of_mass
+    }
+    /// The largest distance of the surface from the centre of mass \[m\]: the scale of torques.
+    pub fn torque_scale(&self) -> f64 {
+        self.torque_scale
+    }
+    /// The object as the physics engine sees it; made on the first call, in seconds.
+    pub fn dynamic(&self) -> &DynamicObject {
+        self.dynamic.get_or_init(|| {
+            let distance = |p: &Point3<f64>| self.distance.signed_distance(p);
+            let pieces = ObjectPieces::new(&self.mesh, &distance, &self.decomposition);
+            let MassProperties {
+                mass,
+                center_of_mass,
+                inertia,
+                ..
+            } = self.mass_properties;
+            DynamicObject::new(&pieces, center_of_mass, inertia / mass)
+        })
+    }
+    /// The object's contacts with a posed hand, before reduction.
+    ///
+    /// # Errors
+    /// As [`evaluate`].
+    pub fn contacts(
+        &self,
+        hand: &TriangleMesh,
+        settings: &EvaluationSettings,
+    ) -> Result<Vec<Contact>, EvaluationError> {
+        settings.validate()?;
+        let solid = hand_solid(hand)?;
+        let voxels = surface_voxels(
+            hand,
+            &solid,
+            &self.distance,
+            settings.voxel_size,
+            settings.reach(),
+        );
+        let (half, tolerance) = (settings.half_diagonal(), settings.contact_tolerance);
+        Ok(contacts(&voxels, half, &self.distance, tolerance))
+    }
+}
+
+/// The metrics of a grasp, under the names that grasp records use; `None` (null) for those not asked for.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+pub struct GraspMetrics {
+    /// Area of the hand's surface in contact \[cm^2\].
+    pub contact_area_cm2: Option<f64>,
+    /// Volume of the hand inside the object \[cm^3\].
+    pub interpenetration_volume_cm3: Option<f64>,
+    /// Their ratio \[1/cm\]; `None` also where the hand does not penetrate at all.
+    pub ca_over_iv: Option<f64>,
+    /// Ferrari and Canny's epsilon.
+    pub epsilon: Option<f64>,
+    /// Volume of the grasp wrench space.
+    pub gws_volume: Option<f64>,
+    /// How far the object moves under gravity while the hand is fixed \[cm\].
+    pub sim_displacement_cm: Option<f64>,
+    /// The mean of that over gravity along each of the six axis directions \[cm\].
+    pub sim_displacement_mean6_cm: Option<f64>,
+    /// Largest depth of the hand's surface inside the object \[mm\].
+    pub max_penetration_mm: Option<f64>,
+    /// How many contacts (surface voxels within the contact tolerance) there are.
+    pub contacts: Option<usize>,
+}
+
+/// Judges one grasp: `hand` is the posed hand's surface in the object's frame, made of closed, outward-oriented
+/// parts that may overlap.
+///
+/// A simulation that diverges counts as an object that falls freely.
+///
+/// # Errors
+/// A setting out of range, or a hand that is not closed.
+pub fn evaluate(
+    object: &ObjectUnderTest,
+    hand: &TriangleMesh,
+    settings: &EvaluationSettings,
+) -> Result<GraspMetrics, EvaluationError> {
+    settings.validate()?;
+    let wanted = &settings.metrics;
+    let mut metrics = GraspMetrics::default();
+    let solid = hand_solid(hand)?;
+    if wanted.interpenetration_volume {
+        metrics.interpenetration_volume_cm3 = Some(interpenetration_volume_cm3(
+            &solid,
+            &object.distance,
+            settings.voxel_size,
+        ));
+    }
+    if wanted.needs_surface() {
+        let (size, half) = (settings.voxel_size, settings.half_diagonal());
+        let voxels = surface_voxels(hand, &solid, &object.distance, size, settings.reach());
+        if wanted.contact_area {
+            metrics.contact_area_cm2 = Some(contact_area_cm2(&voxels, settings.contact_threshold));
+        }
+        if wanted.max_penetration {
+            let deepest = max_penetration_mm(hand, &voxels, half, &object.distance);
+            metrics.max_penetration_mm = Some(deepest);
+        }
+        if wanted.wrench_space {
+            let all = contacts(&voxels, half, &object.distance, settings.contact_tolerance);
+            let reduced = reduce_contacts(&all, settings.most_contacts);
+            let wrenches = grasp_wrenches(
+                &reduced,
+                settings.friction,
+                settings.friction_edges,
+                object.center_of_mass(),
+                object.torque_scale,
+            );
+            let quality = grasp_quality(&wrenches);
+            metrics.contacts = Some(all.len());
+            metrics.epsilon = Some(quality.epsilon);
+            metrics.gws_volume = Some(quality.volume);
+        }
+    }
+    if let (Some(area), Some(volume)) = (
+        metrics.contact_area_cm2,
+        metrics.interpenetration_volume_cm3,
+    ) {
+        metrics.ca_over_iv = (volume > 0.0).then(|| area / volume);
+    }
+    if wanted.displacement || wanted.displacement_mean6 {
+        let fixed = FixedHand::new(hand)?;
+        let fallen = settings.displacement.free_fall() * 100.0;
+        let or_fallen = |result| match result {
+            Err(EvaluationError::Diverged { .. }) => Ok(fallen),
+            other => other,
+        };
+        if wanted.displacement {
+            let motion = simulate(object.dynamic(), &fixed, &settings.displacement);
+            let displacement = or_fallen(motion.map(|motion| motion.displacement_cm()))?;
+            metrics.sim_displacement_cm = Some(displacement);
+        }
+        if wanted.displacement_mean6 {
+            let six = simulate_six_directions(object.dynamic(), &fixed, &settings.displacement);
+            metrics.sim_displacement_mean6_cm = Some(or_fallen(six.map(|six| six.mean_cm))?);
+        }
+    }
+    Ok(metrics)
+}
+
+fn hand_solid(hand: &TriangleMesh) -> Result<SignedDistance, EvaluationError> {
+    SignedDistance::new(hand).map_err(|error| EvaluationError::BadMesh {
+        mesh: "hand",
+        fault: error.to_string(),
+    })
+}

@@ -1,0 +1,174 @@
+//! Which metrics are computed, and how.
+
+use std::str::FromStr;
+
+use serde::{Deserialize, Serialize};
+
+use crate::EvaluationError;
+use crate::displacement::DisplacementSettings;
+use crate::wrench_space::FRICTION_EDGES;
+
+/// Which metrics to compute; default: all.
+///
+/// Reads from a list such as `ca,iv,sd`: `ca` contact area, `iv` interpenetration volume, `pd` penetration depth,
+/// `gws` wrench space (epsilon and volume), `sd` displacement, `sd6` mean displacement over six directions, `all`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Metrics {
+    /// Contact area.
+    pub contact_area: bool,
+    /// Interpenetration volume.
+    pub interpenetration_volume: bool,
+    /// Maximum penetration depth.
+    pub max_penetration: bool,
+    /// Epsilon and volume of the grasp wrench space.
+    pub wrench_space: bool,
+    /// Simulation displacement along the protocol's gravity.
+    pub displacement: bool,
+    /// Mean simulation displacement over six directions of gravity: six simulations.
+    pub displacement_mean6: bool,
+}
+
+impl Metrics {
+    /// All metrics.
+    pub const ALL: Self = Self {
+        contact_area: true,
+        interpenetration_volume: true,
+        max_penetration: true,
+        wrench_space: true,
+        displacement: true,
+        displacement_mean6: true,
+    };
+    /// No metrics.
+    pub const NONE: Self = Self {
+        contact_area: false,
+        interpenetration_volume: false,
+        max_penetration: false,
+        wrench_space: false,
+        displacement: false,
+        displacement_mean6: false,
+    };
+
+    /// Whether any of them looks at the hand's surface.
+    pub(crate) fn needs_surface(&self) -> bool {
+        self.contact_area || self.max_penetration || self.wrench_space
+    }
+}
+
+impl Default for Metrics {
+    fn default() -> Self {
+        Self::ALL
+    }
+}
+
+impl FromStr for Metrics {
+    type Err = EvaluationError;
+
+    fn from_str(list: &str) -> Result<Self, EvaluationError> {
+        let mut metrics = Self::NONE;
+        for name in list.split(',').map(str::trim) {
+            match name {
+                "all" => metrics = Self::ALL,
+                "ca" => metrics.contact_area = true,
+                "iv" => metrics.interpenetration_volume = true,
+                "pd" => metrics.max_penetration = true,
+                "gws" => metrics.wrench_space = true,
+                "sd" => metrics.displacement = true,
+                "sd6" => metrics.displacement_mean6 = true,
+                _ => return Err(EvaluationError::UnknownMetric { name: name.into() }),
+            }
+        }
+        Ok(metrics)
+    }
+}
+
+/// How grasps are judged; every metric is against the object's true mesh.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+pub struct EvaluationSettings {
+    /// Which metrics to compute.
+    pub metrics: Metrics,
+    /// Side of the voxels of the contact area, the interpenetration volume and the contacts \[m\] (paper: 1 mm).
+    pub voxel_size: f64,
+    /// A surface voxel is in contact if its centre's signed distance is below this \[m\] (paper: 0).
+    pub contact_threshold: f64,
+    /// A point of the hand's surface this near to the object, or inside it, is a contact of the wrench space \[m\].
+    pub contact_tolerance: f64,
+    /// Friction coefficient of the wrench space (paper: that of its contact model, 0.8).
+    pub friction: f64,
+    /// Edges of the friction pyramids of the wrench space.
+    pub friction_edges: usize,
+    /// Most contacts that the wrench space is made of; more are reduced to that many well-spread ones.
+    pub most_contacts: usize,
+    /// The simulation's protocol.
+    pub displacement: DisplacementSettings,
+}
+
+impl Default for EvaluationSettings {
+    fn default() -> Self {
+        Self {
+            metrics: Metrics::ALL,
+            voxel_size: 1e-3,
+            contact_threshold: 0.0,
+            contact_tolerance: 0.5e-3,
+            friction: 0.8,
+            friction_edges: FRICTION_EDGES,
+            most_contacts: 64,
+            displacement: DisplacementSettings::default(),
+        }
+    }
+}
+
+impl EvaluationSettings {
+    /// Checks that every field lies in its range.
+    ///
+    /// # Errors
+    /// [`EvaluationError::BadSetting`] with the first field that does not.
+    pub fn validate(&self) -> Result<(), EvaluationError> {
+        let check = |field, value: f64, low: f64, high: f64, allowed| {
+            if (low..=high).contains(&value) {
+                Ok(())
+            } else {
+                Err(EvaluationError::BadSetting {
+                    field,
+                    value,
+                    allowed,
+                })
+            }
+        };
+        // Below a tenth of a millimetre the voxels of one hand fill the memory.
+        let size = self.voxel_size;
+        check(
+            "voxel_size",
+            size,
+            1e-4,
+            1e-1,
+            "between 0.0001 and 0.1 (metres)",
+        )?;
+        let near = "between -0.01 and 0.01 (metres)";
+        check(
+            "contact_threshold",
+            self.contact_threshold,
+            -0.01,
+            0.01,
+            near,
+        )?;
+        let near = "between 0 and 0.01 (metres)";
+        check("contact_tolerance", self.contact_tolerance, 0.0, 0.01, near)?;
+        check("friction", self.friction, 0.0, 10.0, "between 0 and 10")?;
+        let edges = self.friction_edges as f64;
+        check("friction_edges", edges, 3.0, 64.0, "between 3 and 64")?;
+        let most = self.most_contacts as f64;
+        check("most_contacts", most, 1.0, 1000.0, "between 1 and 1000")?;
+        self.displacement.validate()
+    }
+
+    /// Half the diagonal of a voxel \[m\].
+    pub(crate) fn half_diagonal(&self) -> f64 {
+        0.5 * 3.0_f64.sqrt() * self.voxel_size
+    }
+
+    /// How far from the object the centres of surface voxels matter to some metric \[m\].
+    pub(crate) fn reach(&self) -> f64 {
+        (self.contact_tolerance + self.half_diagonal()).max(self.contact_threshold)
+    }
+}
