@@ -4,6 +4,10 @@ use std::fmt;
 
 use crate::{Dual, Function, gradient};
 
+/// How many roundings of its values a difference quotient may suffer: one in each of four values, and those inside
+/// the function.
+const ROUNDINGS: f64 = 16.0;
+
 /// How a claimed derivative compares with the numeric one, at the entry where they differ most.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DerivativeError {
@@ -15,7 +19,8 @@ pub struct DerivativeError {
     pub claimed: f64,
     /// The derivative by central differences.
     pub numeric: f64,
-    /// Their distance, relative to the larger of the two (see [`Checker::floor`]); infinite if one is NaN.
+    /// Their distance, beyond what the rounding of the function's values explains, relative to the larger of the
+    /// two (see [`Checker::floor`]); infinite if one is NaN.
     pub error: f64,
 }
 
@@ -110,6 +115,7 @@ impl Checker {
             "one row of the Jacobian for each output"
         );
         let mut numeric = vec![vec![0.0; x.len()]; outputs];
+        let mut largest = vec![0.0_f64; outputs];
         let mut moved = x.to_vec();
         for index in 0..x.len() {
             let mut difference = |step: f64| -> Vec<f64> {
@@ -118,6 +124,10 @@ impl Checker {
                 moved[index] = x[index] - step;
                 let behind = function(&moved);
                 moved[index] = x[index];
+                for output in 0..outputs {
+                    let size = ahead[output].abs().max(behind[output].abs());
+                    largest[output] = largest[output].max(size);
+                }
                 ahead
                     .iter()
                     .zip(&behind)
@@ -129,7 +139,11 @@ impl Checker {
                 numeric[output][index] = (4.0 * narrow[output] - wide[output]) / 3.0;
             }
         }
-        self.compare(claimed, &numeric)
+        let rounding: Vec<f64> = largest
+            .iter()
+            .map(|value| ROUNDINGS * f64::EPSILON * value / self.step)
+            .collect();
+        self.compare(claimed, &numeric, &rounding)
     }
 
     /// The worst entry of the gradient of a generic function, by reverse and by forward mode.
@@ -152,7 +166,12 @@ impl Checker {
         }
     }
 
-    fn compare(&self, claimed: &[impl AsRef<[f64]>], numeric: &[Vec<f64>]) -> DerivativeError {
+    fn compare(
+        &self,
+        claimed: &[impl AsRef<[f64]>],
+        numeric: &[Vec<f64>],
+        rounding: &[f64],
+    ) -> DerivativeError {
         let all = claimed
             .iter()
             .flat_map(|row| row.as_ref())
@@ -174,11 +193,13 @@ impl Checker {
             );
             for (index, (&claimed, &numeric)) in claimed.iter().zip(numeric).enumerate() {
                 let scale = claimed.abs().max(numeric.abs()).max(self.floor * largest);
-                let error = (claimed - numeric).abs() / scale;
-                let error = match error {
-                    _ if claimed == numeric => 0.0,
-                    error if error.is_nan() => f64::INFINITY,
-                    error => error,
+                let distance = (claimed - numeric).abs();
+                let error = if distance.is_nan() {
+                    f64::INFINITY
+                } else if distance <= rounding[output] {
+                    0.0
+                } else {
+                    (distance - rounding[output]) / scale
                 };
                 if error > worst.error || (output, index) == (0, 0) {
                     worst = DerivativeError {
@@ -250,6 +271,12 @@ mod tests {
     fn nan_is_the_worst_error() {
         let worst = Checker::default().gradient(|x| x[0] + x[1], &[1.0, 1.0], &[1.0, f64::NAN]);
         assert_eq!((worst.index, worst.error), (1, f64::INFINITY));
+    }
+
+    #[test]
+    fn noise_at_a_stationary_point_is_no_error() {
+        let worst = Checker::default().gradient(|x| 1.0 + x[0].cos(), &[0.0], &[1e-17]);
+        assert_eq!(worst.error, 0.0);
     }
 
     #[test]

@@ -1,5 +1,8 @@
 //! Reverse mode: a record of the operations of one computation, and the sweep back through it.
 
+#[cfg(test)]
+mod tests;
+
 use std::cell::{Cell, RefCell};
 use std::fmt;
 use std::marker::PhantomData;
