@@ -152,3 +152,108 @@ pub fn weld_exact(mesh: &TriangleMesh) -> TriangleMesh {
     }
     welded
 }
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::{Point3, Vector3};
+
+    use super::*;
+    use crate::box_mesh;
+
+    fn unit_box() -> TriangleMesh {
+        box_mesh(Vector3::new(1.0, 1.0, 1.0), 0.5)
+    }
+
+    /// The mesh with three vertices of its own for each face.
+    fn unwelded(mesh: &TriangleMesh) -> TriangleMesh {
+        let corners = (0..mesh.faces.len()).flat_map(|face| mesh.corners(face));
+        TriangleMesh {
+            vertices: corners.collect(),
+            faces: (0..mesh.faces.len() as u32)
+                .map(|face| [3 * face, 3 * face + 1, 3 * face + 2])
+                .collect(),
+        }
+    }
+
+    #[test]
+    fn closed_meshes_are_left_alone() {
+        let surface = ClosedSurface::new(&unit_box(), "box").unwrap();
+        assert_eq!(surface.mesh, unit_box());
+        assert!(!surface.was_welded && !surface.was_flipped);
+        assert_eq!(surface.duplicates_dropped, 0);
+    }
+
+    #[test]
+    fn seams_reversal_and_copies_are_mended() {
+        let mut mesh = flipped(&unwelded(&unit_box()));
+        mesh.vertices.iter_mut().for_each(|p| {
+            // Seams across zero, once as 0 and once as -0.
+            if p.x == 0.0 && p.z > 0.0 {
+                p.x = -0.0;
+            }
+        });
+        mesh.faces.push(mesh.faces[3]);
+        assert!(require_closed(&mesh, "seams").is_err());
+        let surface = ClosedSurface::new(&mesh, "seams").unwrap();
+        assert!(surface.was_welded && surface.was_flipped);
+        assert_eq!(surface.duplicates_dropped, 1);
+        assert_eq!(surface.mesh.vertices.len(), unit_box().vertices.len());
+        assert!((signed_volume(&surface.mesh) - 1.0).abs() < 1e-12);
+        assert_eq!(closed_surface(&mesh, "seams").unwrap(), surface.mesh);
+    }
+
+    #[test]
+    fn surfaces_that_touch_themselves_need_no_welding() {
+        // Two boxes side by side, their faces in the common plane opposite and their vertices apart: welding would
+        // make those faces cancel.
+        let mut mesh = unit_box();
+        let mut other = unit_box();
+        other.vertices.iter_mut().for_each(|p| p.x += 1.0);
+        mesh.append(&other);
+        let surface = ClosedSurface::new(&mesh, "boxes").unwrap();
+        assert!(!surface.was_welded);
+        assert_eq!(surface.mesh, mesh);
+    }
+
+    #[test]
+    fn open_flat_and_contradictory_meshes_are_refused() {
+        let mut open = unwelded(&unit_box());
+        open.faces.pop();
+        let error = ClosedSurface::new(&open, "open").unwrap_err();
+        // The one real hole, not the seams: a right triangle with legs of 500 mm.
+        assert!(error.to_string().starts_with(
+            "open: the surface is open: 3 boundary edges in 1 loop, 1707.1 mm of boundary in total, the longest \
+             1707.1 mm, the largest 707.1 mm across;"
+        ), "{error}");
+
+        let mut contradictory = unit_box();
+        contradictory.faces[0].swap(0, 1);
+        let error = ClosedSurface::new(&contradictory, "x").unwrap_err();
+        assert!(
+            matches!(error, GeometryError::NotOriented { edges: 3, .. }),
+            "{error}"
+        );
+
+        let mut copied = unit_box();
+        copied.faces.extend(unit_box().faces);
+        let error = require_closed(&copied, "x").unwrap_err();
+        assert!(
+            matches!(error, GeometryError::DuplicateFaces { faces: 48, .. }),
+            "{error}"
+        );
+        assert_eq!(closed_surface(&copied, "x").unwrap(), unit_box());
+
+        let sheet = TriangleMesh {
+            vertices: vec![
+                Point3::origin(),
+                Point3::new(1.0, 0.0, 0.0),
+                Point3::new(0.0, 1.0, 0.0),
+            ],
+            faces: vec![[0, 1, 2], [0, 2, 1]],
+        };
+        for mesh in [sheet, TriangleMesh::default()] {
+            let error = ClosedSurface::new(&mesh, "x").unwrap_err();
+            assert!(matches!(error, GeometryError::NoVolume { .. }), "{error}");
+        }
+    }
+}

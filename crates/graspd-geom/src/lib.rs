@@ -1,4 +1,27 @@
 //! Meshes, exact signed distances and SDF grids.
+//!
+//! ```
+//! use graspd_geom::{MassProperties, SignedDistance, builtin_object, closed_surface, load_mesh, save_obj};
+//! use nalgebra::Point3;
+//!
+//! # fn main() -> Result<(), Box<dyn std::error::Error>> {
+//! # let folder = tempfile::tempdir()?;
+//! # let path = folder.path().join("mug.obj");
+//! // A mesh file, here one made from a built-in object.
+//! save_obj(&builtin_object("mug").ok_or("no such object")?, &path)?;
+//!
+//! // A mesh must be closed to have an inside; where it is not, the error says how large its holes are.
+//! let mug = closed_surface(&load_mesh(&path)?, "mug.obj")?;
+//!
+//! let mass = MassProperties::new(&mug, 1000.0, "mug.obj")?;
+//! assert!((0.10..0.12).contains(&mass.mass)); // kg
+//!
+//! // The centre of mass of a mug is in the air that it surrounds: the distance is positive.
+//! let surface = SignedDistance::new(&mug)?;
+//! assert!(surface.signed_distance(&mass.center_of_mass) > 0.02);
+//! # Ok(())
+//! # }
+//! ```
 
 mod closed;
 mod distance;

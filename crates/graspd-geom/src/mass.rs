@@ -85,3 +85,96 @@ fn reference_point(mesh: &TriangleMesh) -> Point3<f64> {
     mesh.bounds()
         .map_or_else(Point3::origin, |(low, high)| nalgebra::center(&low, &high))
 }
+
+#[cfg(test)]
+mod tests {
+    use std::f64::consts::PI;
+
+    use nalgebra::{Isometry3, UnitQuaternion};
+    use proptest::prelude::*;
+
+    use super::*;
+    use crate::{box_mesh, builtin_object, flipped, sphere_mesh};
+
+    /// Sums over a few thousand faces of a unit-sized mesh.
+    const ROUNDING: f64 = 1e-12;
+
+    #[test]
+    fn a_box_has_the_textbook_inertia() {
+        let sides = Vector3::new(0.1, 0.2, 0.3);
+        let mass = MassProperties::new(&box_mesh(sides, 0.05), 500.0, "box").unwrap();
+        assert!((mass.volume - 0.006).abs() < ROUNDING);
+        assert!((mass.mass - 3.0).abs() < ROUNDING);
+        assert!(mass.center_of_mass.coords.norm() < ROUNDING);
+        let squares = sides.component_mul(&sides);
+        let expected = Matrix3::from_diagonal(&(squares.sum() * Vector3::repeat(1.0) - squares))
+            * (3.0 / 12.0);
+        assert!(
+            (mass.inertia - expected).norm() < ROUNDING,
+            "{}",
+            mass.inertia
+        );
+    }
+
+    #[test]
+    fn finer_spheres_converge_quadratically() {
+        let radius: f64 = 0.5;
+        let volume = 4.0 / 3.0 * PI * radius.powi(3);
+        let inertia = 0.4 * volume * radius * radius;
+        let errors: Vec<[f64; 2]> = [0.1, 0.05, 0.025]
+            .map(|edge| {
+                let mass = MassProperties::new(&sphere_mesh(radius, edge), 1.0, "sphere").unwrap();
+                let isotropic = Matrix3::from_diagonal_element(inertia);
+                [
+                    (mass.volume - volume).abs() / volume,
+                    (mass.inertia - isotropic).norm() / inertia,
+                ]
+            })
+            .into();
+        for pair in errors.windows(2) {
+            for kind in 0..2 {
+                let ratio = pair[0][kind] / pair[1][kind];
+                assert!((3.0..5.5).contains(&ratio), "{errors:?}");
+            }
+        }
+        assert!(errors[2].iter().all(|&error| error < 3e-3), "{errors:?}");
+    }
+
+    #[test]
+    fn surfaces_that_are_inside_out_or_flat_have_no_mass() {
+        let mesh = box_mesh(Vector3::repeat(0.1), 0.1);
+        assert!((signed_volume(&flipped(&mesh)) + 1e-3).abs() < ROUNDING);
+        for mesh in [
+            flipped(&mesh),
+            TriangleMesh::default(),
+            box_mesh(Vector3::new(0.1, 0.1, 0.0), 0.1),
+        ] {
+            let error = MassProperties::new(&mesh, 1.0, "x").unwrap_err();
+            assert!(matches!(error, GeometryError::NoVolume { .. }));
+        }
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig { cases: 32, ..ProptestConfig::default() })]
+
+        /// Moved by (R, t): the same volume, R c + t, and R I R^T. The tolerance allows for digits lost to the offset.
+        #[test]
+        fn mass_moves_with_the_mesh(
+            rotation in prop::array::uniform3(-3.0_f64..3.0),
+            translation in prop::array::uniform3(-10.0_f64..10.0),
+        ) {
+            let mesh = builtin_object("drill").unwrap();
+            let motion = Isometry3::from_parts(
+                Vector3::from(translation).into(),
+                UnitQuaternion::from_scaled_axis(Vector3::from(rotation)),
+            );
+            let before = MassProperties::new(&mesh, 1000.0, "drill").unwrap();
+            let after = MassProperties::new(&mesh.transformed(&motion), 1000.0, "drill").unwrap();
+            let turn = motion.rotation.to_rotation_matrix();
+            prop_assert!((after.volume / before.volume - 1.0).abs() < 1e-10);
+            prop_assert!((after.center_of_mass - motion * before.center_of_mass).norm() < 1e-12);
+            let expected = turn.matrix() * before.inertia * turn.matrix().transpose();
+            prop_assert!((after.inertia - expected).norm() < 1e-10 * expected.norm());
+        }
+    }
+}

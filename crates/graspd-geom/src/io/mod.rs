@@ -84,8 +84,9 @@ fn unsupported(path: &Path, supported: &'static str) -> GeometryError {
 ///
 /// Bytes that are not UTF-8 (a name in Latin-1, say) become replacement characters rather than errors.
 fn numbered_lines(bytes: &[u8]) -> impl Iterator<Item = (usize, std::borrow::Cow<'_, str>)> {
-    bytes
-        .split(|&byte| byte == b'\n')
+    // A byte order mark would hide the first line's keyword.
+    let text = bytes.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(bytes);
+    text.split(|&byte| byte == b'\n')
         .enumerate()
         .map(|(index, line)| (index + 1, String::from_utf8_lossy(line)))
 }
