@@ -172,10 +172,6 @@ impl ArticulatedHand {
     pub fn parts(&self) -> &[Part] {
         &self.description.parts
     }
-    /// What had to be guessed or mended when the hand was made, one sentence each.
-    pub fn notes(&self) -> &[String] {
-        &self.description.notes
-    }
     /// Position of each contact point in its body's frame \[m\], `[n]` with padding.
     pub fn local_contact_points(&self) -> &PointBuffer<f64> {
         &self.local_points
@@ -241,6 +237,9 @@ impl Hand for ArticulatedHand {
             surface.append(&part.mesh.transformed(&poses[part.body]));
         }
         surface
+    }
+    fn notes(&self) -> &[String] {
+        &self.description.notes
     }
     fn new_scratch(&self) -> HandScratch {
         let bodies = self.tree().body_count();

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use crate::{Hand, HandError, HandOptions, allegro};
+use crate::{Hand, HandError, HandOptions, UrdfOptions, allegro, load_urdf};
 
 /// A hand that is built in.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -20,22 +20,38 @@ pub const BUILTIN_HANDS: &[BuiltinHand] = &[BuiltinHand {
 }];
 
 /// The built-in hand named `name`, one of [`BUILTIN_HANDS`]; `None` if there is none.
-///
-/// # Errors
-/// [`HandError::BadOption`].
-pub fn builtin_hand(name: &str, options: &HandOptions) -> Result<Option<Box<dyn Hand>>, HandError> {
+pub fn builtin_hand(name: &str) -> Option<Box<dyn Hand>> {
+    // Built-in hands with default options have no faults: a test makes each of them.
+    builtin_hand_with(name, &HandOptions::default()).ok()?
+}
+
+fn builtin_hand_with(
+    name: &str,
+    options: &HandOptions,
+) -> Result<Option<Box<dyn Hand>>, HandError> {
     Ok(match name {
         "allegro" => Some(Box::new(allegro(options)?)),
         _ => None,
     })
 }
 
+/// The built-in hand of that name, or the hand that a file describes, covered as finely as the paper does.
+///
+/// # Errors
+/// As [`load_hand_with`].
+pub fn load_hand(name_or_path: &str) -> Result<Box<dyn Hand>, HandError> {
+    load_hand_with(name_or_path, &HandOptions::default())
+}
+
 /// The built-in hand of that name, or the hand that a file describes.
 ///
 /// # Errors
-/// Whatever is wrong with the file; [`HandError::UnknownHand`] where there is neither.
-pub fn load_hand(name_or_path: &str, options: &HandOptions) -> Result<Box<dyn Hand>, HandError> {
-    if let Some(hand) = builtin_hand(name_or_path, options)? {
+/// Whatever is wrong with the file or the options; [`HandError::UnknownHand`] where there is no such file either.
+pub fn load_hand_with(
+    name_or_path: &str,
+    options: &HandOptions,
+) -> Result<Box<dyn Hand>, HandError> {
+    if let Some(hand) = builtin_hand_with(name_or_path, options)? {
         return Ok(hand);
     }
     let path = Path::new(name_or_path);
@@ -46,7 +62,29 @@ pub fn load_hand(name_or_path: &str, options: &HandOptions) -> Result<Box<dyn Ha
             built_in: names.join(", "),
         });
     }
+    let extension = path.extension().unwrap_or_default().to_ascii_lowercase();
+    if extension == "urdf" || extension == "xacro" {
+        let options = UrdfOptions {
+            hand: options.clone(),
+            ..UrdfOptions::default()
+        };
+        return Ok(Box::new(load_urdf(path, &options)?));
+    }
     Err(HandError::UnknownFormat {
         file: path.to_path_buf(),
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_listed_hand_can_be_made() {
+        for hand in BUILTIN_HANDS {
+            let made = builtin_hand(hand.name).unwrap_or_else(|| panic!("{} fails", hand.name));
+            assert_eq!(made.name(), hand.name);
+        }
+        assert!(builtin_hand("no such hand").is_none());
+    }
 }

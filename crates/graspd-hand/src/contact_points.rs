@@ -2,10 +2,8 @@
 
 use std::ops::Range;
 
-use graspd_geom::{Rigid, SignedDistance, TriangleMesh, Vec3};
+use graspd_geom::{Rigid, SignedDistance, Vec3, sample_evenly};
 use nalgebra::{Isometry3, Point3, Vector3};
-use rand::{Rng, SeedableRng};
-use rand_chacha::ChaCha8Rng;
 
 use crate::part::Part;
 use crate::{HandError, HandOptions, POINT_PADDING};
@@ -14,6 +12,9 @@ use crate::{HandError, HandOptions, POINT_PADDING};
 const CLEARANCE: f64 = 5e-4;
 /// Surfaces of two parts this near are one surface \[m\].
 const SAME_SURFACE: f64 = 1e-6;
+
+/// Points spread to learn how much of the surface is buried: enough to know it to about 1 %.
+const TRIAL_POINTS: f64 = 1000.0;
 
 /// A point of the outer surface, in its body's frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -40,19 +41,16 @@ pub(crate) fn spread(
         let mut points = Vec::new();
         for (index, part) in parts.iter().enumerate() {
             let count = (density * part.mesh.area()).round() as usize;
-            let mut random = ChaCha8Rng::seed_from_u64(options.seed);
-            random.set_stream(index as u64);
-            let samples = sample_evenly(&part.mesh, count, &mut random);
+            // Parts of one shape should not have one pattern.
+            let samples = sample_evenly(&part.mesh, count, options.seed ^ ((index as u64) << 32));
             points.extend(
                 samples
                     .into_iter()
-                    .filter(|&(position, normal)| {
-                        is_exposed(index, position, normal, parts, solids, &motions)
-                    })
-                    .map(|(position, normal)| SurfacePoint {
+                    .filter(|s| is_exposed(index, s.point, s.normal, parts, solids, &motions))
+                    .map(|s| SurfacePoint {
                         body: part.body,
-                        position: position.into(),
-                        normal: normal.into(),
+                        position: s.point.into(),
+                        normal: s.normal.into(),
                     }),
             );
         }
@@ -60,11 +58,12 @@ pub(crate) fn spread(
     };
     // How much is buried is only known once points have been spread.
     let wanted = options.contact_points as f64;
-    let exposed = spread_with(wanted / area).len();
-    if exposed == 0 {
+    let trial = wanted.min(TRIAL_POINTS);
+    let exposed = spread_with(trial / area).len();
+    let mut points = spread_with(wanted / area * trial / exposed.max(1) as f64);
+    if points.is_empty() {
         return Err(HandError::NoGeometry);
     }
-    let mut points = spread_with(wanted / area * wanted / exposed as f64);
     points.sort_by_key(|point| point.body);
     Ok(points)
 }
@@ -95,12 +94,10 @@ fn is_exposed(
             if (low - position).sup(&(position - high)).max() > CLEARANCE {
                 return true;
             }
+            let depth = -solids[other].signed_distance(&position);
             // Where two parts share a stretch of surface, the first one keeps it.
-            let is_shared = other < index
-                && solids[other]
-                    .closest_within(&position, SAME_SURFACE)
-                    .is_some();
-            !is_shared && !solids[other].is_inside(&above)
+            let is_shared = other < index && depth >= -SAME_SURFACE;
+            depth <= SAME_SURFACE && !is_shared && !solids[other].is_inside(&above)
         })
 }
 
@@ -128,39 +125,4 @@ pub(crate) fn padded_by_body(points: &[SurfacePoint]) -> PaddedPoints {
         padded.ranges.push((group[0].body, start..end));
     }
     padded
-}
-
-/// About `count` points with outward unit normals, no two of them close.
-fn sample_evenly(
-    mesh: &TriangleMesh,
-    count: usize,
-    random: &mut ChaCha8Rng,
-) -> Vec<(Point3<f64>, Vector3<f64>)> {
-    let mut cumulative = Vec::with_capacity(mesh.faces.len());
-    let mut area = 0.0;
-    for face in 0..mesh.faces.len() {
-        area += 0.5 * mesh.area_vector(face).norm();
-        cumulative.push(area);
-    }
-    let mut radius_squared = 0.7 * area / count as f64;
-    let mut points: Vec<(Point3<f64>, Vector3<f64>)> = Vec::new();
-    while points.len() < count {
-        for _ in 0..4 * count {
-            let target = area * random.random::<f64>();
-            let face = cumulative
-                .partition_point(|&a| a < target)
-                .min(mesh.faces.len() - 1);
-            let [a, b, c] = mesh.corners(face);
-            let (r, s) = (random.random::<f64>().sqrt(), random.random::<f64>());
-            let point = a + (b - a) * (r * (1.0 - s)) + (c - a) * (r * s);
-            let is_free = points
-                .iter()
-                .all(|(other, _)| (other - point).norm_squared() > radius_squared);
-            if is_free && points.len() < count {
-                points.push((point, mesh.area_vector(face).normalize()));
-            }
-        }
-        radius_squared *= 0.8;
-    }
-    points
 }

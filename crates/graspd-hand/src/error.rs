@@ -166,15 +166,13 @@ pub enum HandError {
         /// Where it was looked for.
         looked_in: Vec<String>,
     },
-    /// A mesh file that was found but cannot be used.
-    #[error("link `{link}` has mesh {}: {fault}", mesh.display())]
+    /// A mesh file that was found but cannot be read.
+    #[error("link `{link}` has a mesh that cannot be read: {error}")]
     BadMesh {
         /// The link.
         link: String,
-        /// The mesh file.
-        mesh: PathBuf,
-        /// What is wrong with it.
-        fault: String,
+        /// What is wrong with the mesh file, by name.
+        error: graspd_geom::GeometryError,
     },
     /// A part that is not a closed, outward oriented surface.
     #[error("a part of `{body}` is not a closed surface with outward faces ({error}); repair it")]

@@ -200,6 +200,10 @@ pub trait Hand: Kinematics<f32> + Kinematics<f64> + Send + Sync {
     fn collision_spheres(&self) -> &CollisionSpheres;
     /// The posed surface in the object frame: closed, outward oriented parts (they may overlap each other).
     fn surface(&self, pose: &HandPose) -> TriangleMesh;
+    /// What had to be guessed or mended when the hand was made, one sentence each.
+    fn notes(&self) -> &[String] {
+        &[]
+    }
     /// Working memory for one worker.
     fn new_scratch(&self) -> HandScratch;
 }

@@ -1,22 +1,57 @@
-//! Hands: kinematics, limits and contact points.
+//! Hands: kinematics, limits, contact points and self-intersection.
+//!
+//! Every hand, built in or loaded, is a [`Hand`]: positions of its contact points as a function of its [`HandPose`],
+//! and the transposed Jacobian of that function, which turns forces on the points into a [`PoseGradient`].
+//!
+//! ```
+//! use graspd_geom::{Quaternion, Vec3};
+//! use graspd_hand::{Hand, HandPose, Kinematics, PointBuffer, PoseGradient, load_hand};
+//!
+//! // A name of a built-in hand, or the path of a URDF file.
+//! let hand = load_hand("allegro")?;
+//! let pose = HandPose {
+//!     translation: Vec3::new(0.0, 0.0, 0.3),
+//!     rotation: Quaternion::identity(),
+//!     articulation: hand.open_articulation().to_vec(),
+//! };
+//!
+//! // Where its points are, in single precision.
+//! let mut scratch = hand.new_scratch();
+//! let mut contacts = PointBuffer::<f32>::zeros(hand.contact_points().weight.len());
+//! let mut spheres = PointBuffer::<f32>::zeros(hand.collision_spheres().radius.len());
+//! hand.forward(&pose, &mut scratch, &mut contacts, &mut spheres);
+//!
+//! // Which way to move it so that the first point rises.
+//! let mut upward = PointBuffer::<f32>::zeros(contacts.len());
+//! upward.z[0] = 1.0;
+//! let no_push = PointBuffer::<f32>::zeros(spheres.len());
+//! let mut gradient = PoseGradient::zero(pose.articulation.len());
+//! hand.pullback(&pose, &mut scratch, &contacts, &upward, &spheres, &no_push, &mut gradient);
+//! assert_eq!(gradient.translation, Vec3::new(0.0, 0.0, 1.0));
+//! # Ok::<(), graspd_hand::HandError>(())
+//! ```
 
 mod allegro;
 mod articulated;
 mod articulated_kinematics;
 mod builtin;
+
 mod contact_points;
+mod encounters;
 mod error;
 mod hand;
 mod joint;
 mod limits;
 mod outline;
+mod palm;
 mod part;
 mod self_collision;
 mod tree;
+mod urdf;
 
 pub use allegro::allegro;
 pub use articulated::{ArticulatedHand, HandDescription, HandOptions};
-pub use builtin::{BUILTIN_HANDS, BuiltinHand, builtin_hand, load_hand};
+pub use builtin::{BUILTIN_HANDS, BuiltinHand, builtin_hand, load_hand, load_hand_with};
 pub use error::HandError;
 pub use hand::{
     CollisionSpheres, ContactPoints, Hand, HandPose, HandScratch, Kinematics, Limit, POINT_PADDING,
@@ -26,3 +61,4 @@ pub use joint::{Joint, JointKind, Mimic};
 pub use limits::{clamp_to_limits, middle_of_limits};
 pub use part::Part;
 pub use tree::{KinematicTree, LinkFrame};
+pub use urdf::{UrdfOptions, load_urdf};

@@ -2,12 +2,11 @@
 
 use graspd_geom::{Rigid, SignedDistance, Vec3};
 use nalgebra::{Point3, Vector3};
-use rand::SeedableRng;
-use rand_chacha::ChaCha8Rng;
 
+use crate::HandOptions;
 use crate::articulated::HandDescription;
 use crate::contact_points::SurfacePoint;
-use crate::{HandOptions, KinematicTree};
+use crate::encounters::Encounters;
 
 /// Radius below which a sphere is not worth its cost \[m\].
 const SMALLEST_RADIUS: f64 = 2e-3;
@@ -17,12 +16,8 @@ const CANDIDATES_PER_SIDE: f64 = 10.0;
 const CLIMBING_STEPS: usize = 8;
 /// What counts as the gap between a surface point and the spheres of a body that has none yet \[m\].
 const LARGEST_GAP: f64 = 0.02;
-/// Articulations tried when deciding which bodies can meet.
-const SAMPLED_ARTICULATIONS: usize = 2000;
-/// Bodies whose spheres overlap in this share of all articulations are neighbours that always touch.
-const ALWAYS: f64 = 0.9;
-/// Spheres that never came this close in any articulation tried are left unpaired \[m\].
-const NEVER_CLOSER: f64 = 0.015;
+/// Surface points looked at.
+const MOST_SURFACE_POINTS: usize = 1500;
 
 /// A sphere fixed to a body.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -33,11 +28,11 @@ pub(crate) struct Sphere {
     pub(crate) radius: f64,
 }
 
-/// Spheres inscribed in the parts, and the pairs of them that must not overlap.
+/// Spheres inscribed in the parts, and the pairs of them that must not overlap; the open hand has no overlap.
 ///
-/// Spheres are added one by one, each time the one that takes most off the sum of squared gaps between the hand's
-/// surface points and the spheres of their bodies; so thick and large bodies get more of them. `open_poses`: the
-/// bodies' poses in the open hand.
+/// Spheres are added one by one, each time the one that takes most off the sum of squared gaps between surface points
+/// and the spheres of their bodies. A first round looks at the whole surface; the final one only at those points that
+/// other bodies, as the first round's spheres, can come near to. `open_poses`: the bodies' poses in the open hand.
 pub(crate) fn fit(
     description: &HandDescription,
     solids: &[SignedDistance],
@@ -45,25 +40,48 @@ pub(crate) fn fit(
     open_poses: &[Rigid<f64>],
     options: &HandOptions,
 ) -> (Vec<Sphere>, Vec<[u32; 2]>) {
-    let bodies = description.tree.body_count();
+    let wanted = options.collision_spheres;
+    if wanted == 0 {
+        return (Vec::new(), Vec::new());
+    }
+    let tree = &description.tree;
+    let parts = description.parts.iter().zip(solids);
+    let candidates: Vec<Sphere> = parts
+        .flat_map(|(part, solid)| inscribed(solid, part.body))
+        .collect();
+    let surface: Vec<SurfacePoint> = surface
+        .iter()
+        .step_by(surface.len().div_ceil(MOST_SURFACE_POINTS))
+        .copied()
+        .collect();
+    let first_round = most_useful(&candidates, &surface, tree.body_count(), wanted);
+    let encounters = Encounters::new(tree, open_poses, options.seed);
+    let reachable = encounters.reachable_points(&first_round, &surface);
+    let spheres = most_useful(&candidates, &reachable, tree.body_count(), wanted);
+    let mut pairs = encounters.pairs_that_may_meet(&spheres);
+    pairs.truncate(options.collision_pairs);
+    (spheres, pairs)
+}
+
+/// Up to `count` of the candidates, the most useful first.
+fn most_useful(
+    candidates: &[Sphere],
+    surface: &[SurfacePoint],
+    bodies: usize,
+    count: usize,
+) -> Vec<Sphere> {
     let mut fits: Vec<BodyFit> = (0..bodies)
-        .map(|body| {
-            let parts = description.parts.iter().zip(solids);
-            let own = parts.filter(|(part, _)| part.body == body);
-            BodyFit::new(body, own.map(|(_, solid)| solid), surface)
-        })
+        .map(|body| BodyFit::new(body, candidates, surface))
         .collect();
     let mut spheres = Vec::new();
-    while spheres.len() < options.collision_spheres {
+    while spheres.len() < count {
         let best = (0..bodies).filter_map(|body| Some((body, fits[body].best?.0)));
         let Some((body, _)) = best.max_by(|a, b| a.1.total_cmp(&b.1)) else {
             break;
         };
         spheres.extend(fits[body].take_best());
     }
-    spheres.sort_by_key(|sphere| sphere.body);
-    let pairs = pairs_that_may_meet(&description.tree, &spheres, open_poses, options);
-    (spheres, pairs)
+    spheres
 }
 
 /// The greedy choice within one body.
@@ -76,17 +94,14 @@ struct BodyFit {
 }
 
 impl BodyFit {
-    fn new<'a>(
-        body: usize,
-        solids: impl Iterator<Item = &'a SignedDistance>,
-        surface: &[SurfacePoint],
-    ) -> Self {
+    fn new(body: usize, candidates: &[Sphere], surface: &[SurfacePoint]) -> Self {
         let on_body = surface.iter().filter(|point| point.body == body);
         let surface: Vec<Vec3<f64>> = on_body.map(|point| point.position).collect();
+        let own = candidates.iter().filter(|sphere| sphere.body == body);
         let mut fit = Self {
             gaps: vec![LARGEST_GAP; surface.len()],
             surface,
-            candidates: solids.flat_map(|solid| inscribed(solid, body)).collect(),
+            candidates: own.copied().collect(),
             best: None,
         };
         fit.find_best();
@@ -172,78 +187,4 @@ fn climb(solid: &SignedDistance, start: Point3<f64>, step: f64) -> (Point3<f64>,
         }
     }
     (position, -distance)
-}
-
-/// Pairs of spheres that can come close and belong to bodies that do not always touch.
-fn pairs_that_may_meet(
-    tree: &KinematicTree,
-    spheres: &[Sphere],
-    open_poses: &[Rigid<f64>],
-    options: &HandOptions,
-) -> Vec<[u32; 2]> {
-    let bodies = tree.body_count();
-    let is_adjacent = |a: usize, b: usize| tree.parent(a) == Some(b) || tree.parent(b) == Some(a);
-    let mut pairs: Vec<([usize; 2], f64)> = Vec::new();
-    for a in 0..spheres.len() {
-        for b in a + 1..spheres.len() {
-            let (body_a, body_b) = (spheres[a].body, spheres[b].body);
-            if body_a != body_b && !is_adjacent(body_a, body_b) {
-                pairs.push(([a, b], f64::INFINITY));
-            }
-        }
-    }
-    let mut centers = vec![Vec3::zero(); spheres.len()];
-    let mut overlap_count = vec![0_usize; bodies * bodies];
-    // Visits the clearance of every pair, and marks each pair of bodies that overlaps.
-    let mut measure =
-        |poses: &[Rigid<f64>], pairs: &mut Vec<([usize; 2], f64)>, count: &mut [usize]| {
-            for (center, sphere) in centers.iter_mut().zip(spheres) {
-                *center = poses[sphere.body].apply(sphere.center);
-            }
-            let mut is_overlapping = vec![false; bodies * bodies];
-            for ([a, b], closest) in pairs.iter_mut() {
-                let radii = spheres[*a].radius + spheres[*b].radius;
-                let clearance = (centers[*a] - centers[*b]).norm() - radii;
-                *closest = closest.min(clearance);
-                if clearance < 0.0 {
-                    is_overlapping[spheres[*a].body * bodies + spheres[*b].body] = true;
-                }
-            }
-            for (count, is_overlapping) in count.iter_mut().zip(is_overlapping) {
-                *count += usize::from(is_overlapping);
-            }
-        };
-    let body_pair = |[a, b]: [usize; 2]| spheres[a].body * bodies + spheres[b].body;
-
-    measure(open_poses, &mut pairs, &mut overlap_count);
-    pairs.retain(|(pair, _)| overlap_count[body_pair(*pair)] == 0);
-
-    let mut random = ChaCha8Rng::seed_from_u64(options.seed);
-    let mut poses = open_poses.to_vec();
-    for sample in 0..SAMPLED_ARTICULATIONS {
-        let mut draw = |limit: &crate::Limit| {
-            let value = limit.sample(&mut random);
-            // Half of the articulations are extreme: there bodies reach farthest.
-            let is_high = value > limit.middle();
-            match (sample % 2 == 0, is_high) {
-                (true, true) if limit.upper.is_finite() => limit.upper,
-                (true, false) if limit.lower.is_finite() => limit.lower,
-                _ => value,
-            }
-        };
-        let articulation: Vec<f64> = tree.limits().iter().map(&mut draw).collect();
-        tree.forward(&Rigid::identity(), &articulation, &mut poses);
-        measure(&poses, &mut pairs, &mut overlap_count);
-    }
-    let too_often = (ALWAYS * SAMPLED_ARTICULATIONS as f64) as usize;
-    pairs.retain(|(pair, closest)| {
-        *closest < NEVER_CLOSER && overlap_count[body_pair(*pair)] <= too_often
-    });
-    if pairs.len() > options.collision_pairs {
-        pairs.sort_by(|a, b| a.1.total_cmp(&b.1).then(a.0.cmp(&b.0)));
-        pairs.truncate(options.collision_pairs);
-        pairs.sort_by_key(|(pair, _)| *pair);
-    }
-    let narrow = |[a, b]: [usize; 2]| [a as u32, b as u32];
-    pairs.into_iter().map(|(pair, _)| narrow(pair)).collect()
 }

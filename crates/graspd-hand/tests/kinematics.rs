@@ -1,10 +1,11 @@
 //! The hand's pullback against finite differences, in both precisions.
 
-use graspd_geom::{Quaternion, Vec3};
+use graspd_geom::{Quaternion, Rigid, Vec3};
 use graspd_hand::{
     ArticulatedHand, Hand, HandOptions, HandPose, Kinematics, PointBuffer, PoseGradient, allegro,
 };
 use proptest::prelude::*;
+use rand::SeedableRng;
 use std::sync::LazyLock;
 
 /// Step of central differences [rad or m]: truncation about 1e-10, cancellation about 1e-11 relative.
@@ -157,6 +158,60 @@ proptest! {
         let size = exact.iter().fold(0.0_f64, |m, g| m.max(g.abs()));
         for (a, b) in exact.iter().zip(&rounded) {
             prop_assert!((a - b).abs() < 10.0 * SINGLE * size, "{a} {b}");
+        }
+    }
+}
+
+/// The scalar of `scalar`, over any scalar type, of translation, rotation vector (before `pose.rotation`) and
+/// articulation.
+fn scalar_over<T: graspd_ad::Real>(pose: &HandPose, x: &[T]) -> T {
+    let turn = Quaternion::exp(Vec3::new(x[3], x[4], x[5]));
+    let base = Rigid {
+        rotation: turn
+            .compose(Quaternion::constant(pose.rotation))
+            .to_matrix(),
+        translation: Vec3::new(x[0], x[1], x[2]),
+    };
+    let mut poses = vec![Rigid::identity(); HAND.tree().body_count()];
+    HAND.tree().forward(&base, &x[6..], &mut poses);
+    let local = HAND.local_contact_points();
+    let contacts = (0..local.len()).map(|i| (i, HAND.contact_points().body[i], local.get(i)));
+    let centers = HAND.local_sphere_centers().iter().enumerate();
+    let spheres = centers.map(|(i, center)| (i, HAND.collision_spheres().body[i], *center));
+    let mut sum = T::zero();
+    for (i, body, point) in contacts.chain(spheres) {
+        let p = poses[body as usize].apply(Vec3::constant(point));
+        let (w, a) = coefficient(i);
+        sum += Vec3::constant(w).dot(p) + p.norm_squared() * T::constant(a);
+    }
+    sum
+}
+
+/// Rounding of sums over some hundred points.
+const EXACT: f64 = 1e-12;
+
+#[test]
+fn pullback_is_reverse_mode() {
+    let mut random = rand_chacha::ChaCha8Rng::seed_from_u64(3);
+    for _ in 0..8 {
+        let limits = HAND
+            .limits()
+            .expect("an articulated hand has limits")
+            .iter();
+        let pose = HandPose {
+            translation: Vec3::new(0.1, -0.2, 0.3),
+            rotation: Quaternion::exp(Vec3::new(0.4, 2.0, -1.0)).normalize(),
+            articulation: limits.map(|limit| limit.sample(&mut random)).collect(),
+        };
+        let t = pose.translation;
+        let mut x = vec![t.x, t.y, t.z, 0.0, 0.0, 0.0];
+        x.extend(&pose.articulation);
+        let (value, reverse) = graspd_ad::gradient(|x| scalar_over(&pose, x), &x);
+        assert!((value - scalar(&pose)).abs() < EXACT * value.abs().max(1.0));
+        let pulled = flat(&pulled_back(&pose));
+        let size = reverse.iter().fold(1.0_f64, |m, g| m.max(g.abs()));
+        for (a, b) in reverse.iter().zip(&pulled) {
+            assert!((a - b).abs() < EXACT * size, "{reverse:?} {pulled:?}");
         }
     }
 }

@@ -4,7 +4,7 @@
 use std::error::Error;
 
 use graspd_geom::{Quaternion, Vec3, load_mesh};
-use graspd_hand::{HandOptions, HandPose, Kinematics, PointBuffer, load_hand};
+use graspd_hand::{HandPose, Kinematics, PointBuffer, load_hand};
 use graspd_view::{Color, Dot, render_hand_pose};
 use nalgebra::Point3;
 
@@ -16,7 +16,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         [hand, object, "-o", output] => (hand, object, output),
         _ => return Err("usage: grasp HAND OBJECT [-o out.png]".into()),
     };
-    let hand = load_hand(hand, &HandOptions::default())?;
+    let hand = load_hand(hand)?;
     let object = load_mesh(object)?;
     let (low, high) = object.bounds().ok_or("the object has no vertices")?;
     // The palm 3 cm from the object's box, on the side that it faces away from.

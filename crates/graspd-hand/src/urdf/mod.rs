@@ -1,0 +1,176 @@
+//! Hands from URDF files.
+
+mod geometry;
+mod mesh_files;
+mod xml;
+
+use std::path::{Path, PathBuf};
+
+use graspd_geom::{Quaternion, Rigid};
+use nalgebra::UnitQuaternion;
+
+use crate::palm::{open_articulation, palm_frame};
+use crate::{
+    ArticulatedHand, HandDescription, HandError, HandOptions, Joint, JointKind, KinematicTree,
+    Limit, Mimic,
+};
+use geometry::GeometryReader;
+
+/// Larger files are no hands \[bytes\].
+const LARGEST_FILE: u64 = 64 << 20;
+
+/// How a URDF file is read.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct UrdfOptions {
+    /// Folders in which meshes are looked for besides the file's own folder and the folders above it: packages
+    /// (`package://name/...` is looked for as `name/...` and `...` below each), or what relative paths start from.
+    pub search_paths: Vec<PathBuf>,
+    /// How finely the hand is covered.
+    pub hand: HandOptions,
+}
+
+/// The hand that a URDF file describes.
+///
+/// * Joints: fixed, revolute, continuous and prismatic; mimic joints follow. The articulation has one parameter for
+///   each joint that moves by itself, in the order of the file.
+/// * Shape: the collision geometry of each link, or its visual geometry where it has no collision geometry or where
+///   a collision mesh has holes and the visual ones have none. A mesh with holes that nothing can stand in for is
+///   replaced by its bounding box; [`Hand::notes`](crate::Hand::notes) tells.
+/// * Open pose and palm frame, which URDF has no words for, follow from the kinematics: every joint is as near to 0
+///   as it may be, and the palm faces where the finger tips move when all joints go to the middle of their ranges.
+///
+/// Inertias, materials, transmissions, and anything else that does not bear on kinematics or shape, are not read.
+///
+/// # Errors
+/// [`HandError::InFile`] with the fault, or [`HandError::Read`].
+pub fn load_urdf(
+    path: impl AsRef<Path>,
+    options: &UrdfOptions,
+) -> Result<ArticulatedHand, HandError> {
+    let path = path.as_ref();
+    let text = read_text(path)?;
+    hand_from_text(&text, path, options).map_err(|error| HandError::InFile {
+        file: path.into(),
+        error: Box::new(error),
+    })
+}
+
+fn read_text(path: &Path) -> Result<String, HandError> {
+    let failed = |error| HandError::Read {
+        file: path.into(),
+        error,
+    };
+    let metadata = std::fs::metadata(path).map_err(failed)?;
+    // A pipe or device could make the reader wait for ever.
+    if !metadata.is_file() || metadata.len() > LARGEST_FILE {
+        let fault = format!("not a regular file of at most {} MB", LARGEST_FILE >> 20);
+        return Err(failed(std::io::Error::other(fault)));
+    }
+    let bytes = std::fs::read(path).map_err(failed)?;
+    Ok(String::from_utf8_lossy(&bytes).into_owned())
+}
+
+fn hand_from_text(
+    text: &str,
+    path: &Path,
+    options: &UrdfOptions,
+) -> Result<ArticulatedHand, HandError> {
+    if text.trim().is_empty() {
+        return Err(HandError::Empty);
+    }
+    let prepared = xml::prepared(text, path)?;
+    let robot = urdf_rs::read_from_string(&prepared)
+        .map_err(|error| HandError::NotUrdf(one_line(&error.to_string())))?;
+    let links: Vec<String> = robot.links.iter().map(|link| link.name.clone()).collect();
+    let joints = robot.joints.iter().map(joint);
+    let tree = KinematicTree::new(&links, &joints.collect::<Result<Vec<_>, _>>()?)?;
+
+    let mut reader = GeometryReader::new(path, &options.search_paths);
+    let mut parts = Vec::new();
+    for link in &robot.links {
+        let frame = tree.links().iter().find(|frame| frame.name == link.name);
+        if let Some(frame) = frame {
+            parts.extend(reader.parts(link, frame)?);
+        }
+    }
+    if parts.is_empty() {
+        return Err(HandError::NoGeometry);
+    }
+    let mut notes = reader.into_notes();
+    for (name, limit) in tree.articulation_names().iter().zip(tree.limits()) {
+        if limit.range() == 0.0 {
+            notes.push(format!(
+                "joint `{name}` has no range and stays at {}",
+                limit.lower
+            ));
+        }
+    }
+    let open = open_articulation(&tree);
+    let palm = palm_frame(&tree, &parts, &open, &mut notes);
+    let file_stem = || {
+        path.file_stem()
+            .unwrap_or_default()
+            .to_string_lossy()
+            .into_owned()
+    };
+    let name = Some(robot.name).filter(|name| !name.trim().is_empty());
+    let description = HandDescription {
+        name: name.unwrap_or_else(file_stem),
+        tree,
+        parts,
+        open,
+        palm,
+        notes,
+    };
+    ArticulatedHand::new(description, &options.hand)
+}
+
+fn joint(joint: &urdf_rs::Joint) -> Result<Joint, HandError> {
+    use urdf_rs::JointType;
+    let kind = match joint.joint_type {
+        JointType::Fixed => JointKind::Fixed,
+        JointType::Revolute => JointKind::Revolute,
+        JointType::Continuous => JointKind::Continuous,
+        JointType::Prismatic => JointKind::Prismatic,
+        JointType::Floating | JointType::Planar | JointType::Spherical => {
+            return Err(HandError::UnsupportedJoint {
+                joint: joint.name.clone(),
+                kind: format!("{:?}", joint.joint_type).to_lowercase(),
+            });
+        }
+    };
+    let mimic = joint.mimic.as_ref().map(|mimic| Mimic {
+        joint: mimic.joint.clone(),
+        multiplier: mimic.multiplier.unwrap_or(1.0),
+        offset: mimic.offset.unwrap_or(0.0),
+    });
+    Ok(Joint {
+        name: joint.name.clone(),
+        kind,
+        parent: joint.parent.link.clone(),
+        child: joint.child.link.clone(),
+        origin: placement(&joint.origin),
+        axis: joint.axis.xyz.0.into(),
+        limit: Limit {
+            lower: joint.limit.lower,
+            upper: joint.limit.upper,
+        },
+        mimic,
+    })
+}
+
+/// Turn by rpy (about the fixed x, then y, then z axis), then shift by xyz.
+fn placement(pose: &urdf_rs::Pose) -> Rigid<f64> {
+    let [roll, pitch, yaw] = pose.rpy.0;
+    let rotation = UnitQuaternion::from_euler_angles(roll, pitch, yaw);
+    Rigid {
+        rotation: Quaternion::from(rotation).to_matrix(),
+        translation: pose.xyz.0.into(),
+    }
+}
+
+/// A parser's message without line breaks, and not too long.
+fn one_line(message: &str) -> String {
+    let words: Vec<&str> = message.split_whitespace().collect();
+    words.join(" ").chars().take(200).collect()
+}
