@@ -17,7 +17,7 @@ pub enum SimulationError {
     /// Mass properties that no rigid body has.
     #[error("the object's {what} is {value}; a closed mesh with a positive volume is needed")]
     InvalidMass {
-        /// Mass or smallest moment of inertia.
+        /// Mass, centre of mass, or moment of inertia.
         what: &'static str,
         /// The offending value.
         value: f64,

@@ -109,6 +109,92 @@ impl SimulationParams {
         if self.velocities.is_empty() {
             return invalid("velocities", 0.0, "at least one object velocity");
         }
+        for Twist { linear, angular } in &self.velocities {
+            let all = [
+                linear.x, linear.y, linear.z, angular.x, angular.y, angular.z,
+            ];
+            if let Some(&value) = all.iter().find(|v| !v.is_finite()) {
+                return invalid("velocities", value, "finite in every component");
+            }
+        }
         Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn fault(change: impl FnOnce(&mut SimulationParams)) -> SimulationError {
+        let mut params = SimulationParams::default();
+        change(&mut params);
+        params.validate().unwrap_err()
+    }
+
+    #[test]
+    fn the_defaults_are_the_papers_and_valid() {
+        let params = SimulationParams::default();
+        assert_eq!(params.validate(), Ok(()));
+        assert_eq!(
+            (params.contact.normal_stiffness, params.time_step),
+            (1e6, 1e-5)
+        );
+        let speeds = params.velocities.iter().map(|twist| twist.linear.norm());
+        let expected = [0.0, 0.01 * 3f64.sqrt(), 0.01 * 3f64.sqrt()];
+        assert!(speeds.zip(expected).all(|(a, b)| (a - b).abs() < 1e-15));
+    }
+
+    #[test]
+    fn each_fault_is_named() {
+        type Change = fn(&mut SimulationParams, f64);
+        let fields: [(&str, Change, &[f64]); 5] = [
+            (
+                "normal_stiffness",
+                |p, v| p.contact.normal_stiffness = v,
+                &[0.0, -1.0],
+            ),
+            (
+                "friction_stiffness",
+                |p, v| p.contact.friction_stiffness = v,
+                &[0.0, -1.0],
+            ),
+            (
+                "friction_coefficient",
+                |p, v| p.contact.friction_coefficient = v,
+                &[-0.1],
+            ),
+            ("leak", |p, v| p.contact.leak = v, &[-0.1, 1.1]),
+            ("time_step", |p, v| p.time_step = v, &[0.0, -1e-5]),
+        ];
+        for (name, change, values) in fields {
+            for &wrong in values.iter().chain(&[f64::NAN, f64::INFINITY]) {
+                let SimulationError::InvalidParameter { field, value, .. } =
+                    fault(|params| change(params, wrong))
+                else {
+                    panic!("{name} = {wrong} gives another error");
+                };
+                assert_eq!(field, name);
+                assert!(value == wrong || value.is_nan());
+            }
+        }
+        assert!(
+            fault(|params| params.velocities.clear())
+                .to_string()
+                .contains("velocities")
+        );
+        for wrong in [f64::NAN, f64::INFINITY] {
+            let error = fault(|params| params.velocities[1].angular.y = wrong);
+            assert!(error.to_string().contains("velocities"), "{error}");
+        }
+    }
+
+    #[test]
+    fn extremes_that_make_sense_are_valid() {
+        let mut params = SimulationParams::default();
+        params.contact.friction_coefficient = 0.0;
+        for leak in [0.0, 1.0] {
+            params.contact.leak = leak;
+            assert_eq!(params.validate(), Ok(()));
+        }
     }
 }
