@@ -21,6 +21,7 @@ mod frame;
 mod hyperplane;
 mod polytope;
 mod quickhull;
+mod simplex;
 mod wide_integer;
 
 use crate::error::EvaluationError;
@@ -47,6 +48,10 @@ pub enum HullShape {
 }
 
 /// One simplex of a hull's boundary. Neighbouring facets may be coplanar: nothing is merged.
+///
+/// The second run's facets are those of points moved by up to 1e-15 of their extent. The hyperplane of a facet
+/// thinner than that is no closer to the input points than its thickness allows, though its offset is no less
+/// than the depth of the hull.
 #[derive(Clone, Debug, PartialEq)]
 pub struct HullFacet<const D: usize> {
     /// The points that span it: indices into the input.
@@ -204,7 +209,7 @@ fn in_input_coordinates<const D: usize>(frame: &Frame<D>, polytope: &Polytope<D>
             neighbours: facet.neighbours.map(|slot| number[slot as usize]),
             normal: facet.normal,
             offset: frame.offset_from_origin(facet),
-            area: facet.area * area_scale,
+            area: frame.area(facet) * area_scale,
         })
         .collect();
     ConvexHull {

@@ -107,7 +107,7 @@ mod tests {
             let scale = GRID.powi(5);
             let minors = normal_minors(&corners).map(|minor| minor.to_f64() / scale);
             let exact = hyperplane_of_minors(&minors, corners[0]);
-            prop_assert!((exact.area / rounded.area - 1.0).abs() < 1e-9);
+            prop_assert!((exact.determinant / rounded.determinant - 1.0).abs() < 1e-9);
             prop_assert!(dot(&exact.normal, &rounded.normal) > 1.0 - 1e-9);
             for corner in corners {
                 prop_assert_eq!(side(&corners, corner), 0);

@@ -3,6 +3,7 @@
 use super::exact::{self, GRID};
 use super::hyperplane::{Hyperplane, difference, dot, hyperplane, hyperplane_of_minors};
 use super::polytope::{Facet, Polytope};
+use super::simplex::widest_simplex;
 use crate::error::EvaluationError;
 
 /// Points closer than this to an affine subspace lie in it: thousands of roundings, and so thin that a hull
@@ -11,8 +12,14 @@ const FLAT: f64 = 1e-10;
 /// Points less than this above a hyperplane are not above it. The hyperplane of a simplex a thousand times
 /// longer than it is thick is still known to better than this.
 const COPLANAR: f64 = 1e-12;
-/// Bound on the relative error of a sum of D products of rounded normals and exact differences.
-const ROUNDING: f64 = 32.0 * f64::EPSILON;
+/// A hyperplane that leaves heights more uncertain than this is found anew in integers.
+const UNCERTAIN: f64 = 1e-11;
+/// Bound on the length of a difference of points: |x| <= 1 in each of six coordinates.
+const LONGEST: f64 = 5.0;
+/// Bound on the relative change of the edges for which reflections yield the exact result.
+const BACKWARD: f64 = 1e-13;
+/// Bound on the rounding in `normal . point - offset`, and in normals rounded from integers.
+const ROUNDING: f64 = 64.0 * f64::EPSILON;
 
 /// The input in coordinates of magnitude at most 1: `working = (input - middle) / scale`.
 pub(super) struct Frame<const D: usize> {
@@ -131,6 +138,13 @@ impl<const D: usize> Frame<D> {
         facet.offset * self.scale + dot(&facet.normal, &self.middle)
     }
 
+    /// The facet's measure in working coordinates.
+    pub(super) fn area(&self, facet: &Facet<D>) -> f64 {
+        let factorial: f64 = (1..D).map(|k| k as f64).product();
+        self.hyperplane(&facet.vertices)
+            .map_or(0.0, |plane| plane.determinant / factorial)
+    }
+
     /// How far the input's origin is below the facet, in working coordinates.
     pub(super) fn depth_of_origin(&self, facet: &Facet<D>) -> f64 {
         facet.offset + dot(&facet.normal, &self.middle) / self.scale
@@ -141,7 +155,7 @@ impl<const D: usize> Frame<D> {
         // Neumaier's compensated sum: there may be half a million terms.
         let (mut sum, mut lost) = (0.0f64, 0.0);
         for (_, facet) in polytope.facets() {
-            let term = facet.area * (facet.offset - dot(&facet.normal, &self.interior));
+            let term = self.area(facet) * (facet.offset - dot(&facet.normal, &self.interior));
             let total = sum + term;
             lost += if sum.abs() >= term.abs() {
                 (sum - total) + term
@@ -157,15 +171,28 @@ impl<const D: usize> Frame<D> {
         vertices.map(|vertex| &self.points[vertex as usize])
     }
 
-    #[cold]
-    fn exact_height(&self, facet: &Facet<D>, point: u32) -> f64 {
-        let corners = self.corners(&facet.vertices);
-        let step = difference(&self.points[point as usize], corners[0]);
-        let height = dot(&facet.normal, &step);
-        let bound = ROUNDING * dot(&facet.normal.map(f64::abs), &step.map(f64::abs));
-        if height.abs() > bound {
-            return height;
+    /// The hyperplane through the corners, and how far off the heights above it may be.
+    fn certain_hyperplane(&self, corners: &[&[f64; D]; D]) -> Hyperplane<D> {
+        if let Some(plane) = hyperplane(corners) {
+            let uncertainty = LONGEST * tilt(&plane, corners) + ROUNDING;
+            if uncertainty < UNCERTAIN {
+                return Hyperplane {
+                    uncertainty,
+                    ..plane
+                };
+            }
         }
+        let unit = GRID.powi(D as i32 - 1);
+        let minors = exact::normal_minors(corners).map(|minor| minor.to_f64() / unit);
+        Hyperplane {
+            uncertainty: ROUNDING,
+            ..hyperplane_of_minors(&minors, corners[0])
+        }
+    }
+
+    #[cold]
+    fn exact_side(&self, facet: &Facet<D>, point: u32) -> f64 {
+        let corners = self.corners(&facet.vertices);
         f64::from(exact::side(&corners, &self.points[point as usize])) * f64::MIN_POSITIVE
     }
 }
@@ -174,60 +201,82 @@ impl<const D: usize> Predicates<D> for Frame<D> {
     #[inline]
     fn hyperplane(&self, vertices: &[u32; D]) -> Option<Hyperplane<D>> {
         let corners = self.corners(vertices);
-        if !self.is_exact {
-            return hyperplane(&corners);
+        if self.is_exact {
+            Some(self.certain_hyperplane(&corners))
+        } else {
+            hyperplane(&corners)
         }
-        let unit = GRID.powi(D as i32 - 1);
-        let minors = exact::normal_minors(&corners).map(|minor| minor.to_f64() / unit);
-        Some(hyperplane_of_minors(&minors, corners[0]))
     }
 
     #[inline(always)]
     fn height(&self, facet: &Facet<D>, point: u32) -> f64 {
-        if self.is_exact {
-            return self.exact_height(facet, point);
+        let height = dot(&facet.normal, &self.points[point as usize]) - facet.offset;
+        if !self.is_exact {
+            height - self.tolerance
+        } else if height.abs() > facet.uncertainty {
+            height
+        } else {
+            self.exact_side(facet, point)
         }
-        dot(&facet.normal, &self.points[point as usize]) - facet.offset - self.tolerance
     }
 }
 
-/// Up to D + 1 points: the farthest from the middle, then again and again the one farthest from the affine
-/// hull of those chosen. Stops early where the rest lie within `flat` of that hull.
-fn widest_simplex<const D: usize>(points: &[[f64; D]], flat: f64) -> Vec<u32> {
-    let mut residuals = points.to_vec();
-    let mut simplex = vec![farthest(&residuals).0];
-    let first = residuals[simplex[0] as usize];
-    for residual in &mut residuals {
-        *residual = difference(residual, &first);
+/// Bound on the error of `normal . x` for unit vectors x, from what the normal's products with the edges, which
+/// should be 0, turned out to be.
+///
+/// With edges E and x = E c + h n, that error is the sum of `c_j (normal . e_j)`, and |c| <= |x| / s for the least
+/// singular value s of E. The product of all is known, and that of the others is bounded by their mean square.
+fn tilt<const D: usize>(plane: &Hyperplane<D>, corners: &[&[f64; D]; D]) -> f64 {
+    let (mut residual, mut squares) = (0.0f64, 0.0);
+    for corner in &corners[1..] {
+        let edge = difference(corner, corners[0]);
+        let rounding = 8.0 * f64::EPSILON * dot(&edge.map(f64::abs), &plane.normal.map(f64::abs));
+        residual = residual.max(dot(&plane.normal, &edge).abs() + rounding);
+        squares += dot(&edge, &edge);
     }
-    while simplex.len() <= D {
-        let (next, squared) = farthest(&residuals);
-        if squared.sqrt() <= flat {
-            break;
-        }
-        simplex.push(next);
-        let direction = residuals[next as usize].map(|x| x / squared.sqrt());
-        for residual in &mut residuals {
-            // Twice, so that what is left is orthogonal to the direction to the last digit.
-            for _ in 0..2 {
-                let along = dot(residual, &direction);
-                for k in 0..D {
-                    residual[k] -= along * direction[k];
+    let others = D as f64 - 2.0;
+    let most_of_others = (squares / others.max(1.0)).powf(0.5 * others);
+    // The reflections found the determinant of edges off by a few roundings, and their least singular value.
+    let least = plane.determinant / most_of_others - BACKWARD * squares.sqrt();
+    if least <= 0.0 {
+        return f64::INFINITY;
+    }
+    // sqrt(D - 1) turns the Euclidean norm of c into the sum of its entries.
+    (D as f64 - 1.0).sqrt() * residual / least
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::simplex::tests::noisy_lattice;
+    use super::*;
+
+    /// Whatever the filter lets pass has the sign that integers find, however thin the simplex.
+    #[test]
+    fn certain_heights_have_the_exact_sign() {
+        for exponent in 5..17 {
+            let points: Vec<[f64; 4]> = noisy_lattice(10f64.powi(-exponent));
+            let Ok(Start::Full { mut frame, .. }) = Frame::start(&points) else {
+                panic!("the lattice is not flat");
+            };
+            frame.snap_to_grid();
+            let count = points.len();
+            let mut certain = 0;
+            for first in 0..count {
+                // Steps that take in neighbours on common lines and planes as well as points far apart.
+                let vertices = [first, first + 1, first + 9, first + 4 * exponent as usize]
+                    .map(|index| (index % count) as u32);
+                let corners = frame.corners(&vertices);
+                let plane = frame.certain_hyperplane(&corners);
+                for point in &frame.points {
+                    let height = dot(&plane.normal, point) - plane.offset;
+                    let side = exact::side(&corners, point);
+                    if height.abs() > plane.uncertainty {
+                        assert_eq!(height.signum(), f64::from(side));
+                        certain += 1;
+                    }
                 }
             }
+            assert!(certain > count * count / 4);
         }
     }
-    simplex
-}
-
-/// The longest vector, the first among equals, and its squared length.
-fn farthest<const D: usize>(vectors: &[[f64; D]]) -> (u32, f64) {
-    let mut best = (0, -1.0);
-    for (index, vector) in vectors.iter().enumerate() {
-        let squared = dot(vector, vector);
-        if squared > best.1 {
-            best = (index as u32, squared);
-        }
-    }
-    best
 }

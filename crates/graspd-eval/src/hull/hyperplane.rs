@@ -1,11 +1,14 @@
 //! The hyperplane through D points, by Householder reflections.
 
-/// An oriented hyperplane `normal . x = offset` with the measure of the simplex that spans it.
+/// An oriented hyperplane `normal . x = offset`.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Hyperplane<const D: usize> {
     pub(super) normal: [f64; D],
     pub(super) offset: f64,
-    pub(super) area: f64,
+    /// (D-1)! times the measure of the simplex that spans it.
+    pub(super) determinant: f64,
+    /// How far off heights above it may be; 0 where nobody asked.
+    pub(super) uncertainty: f64,
 }
 
 /// Sum of products.
@@ -22,11 +25,6 @@ pub(super) fn dot<const D: usize>(a: &[f64; D], b: &[f64; D]) -> f64 {
 #[inline(always)]
 pub(super) fn difference<const D: usize>(a: &[f64; D], b: &[f64; D]) -> [f64; D] {
     std::array::from_fn(|k| a[k] - b[k])
-}
-
-/// (D-1)!
-fn factorial_below(dimension: usize) -> f64 {
-    (1..dimension).map(|k| k as f64).product()
 }
 
 /// The hyperplane through `corners`, oriented so that `det(p_1 - p_0, ..., p_{D-1} - p_0, normal) > 0`.
@@ -81,7 +79,8 @@ pub(super) fn hyperplane<const D: usize>(corners: &[&[f64; D]; D]) -> Option<Hyp
     Some(Hyperplane {
         normal,
         offset,
-        area: product.abs() / factorial_below(D),
+        determinant: product.abs(),
+        uncertainty: 0.0,
     })
 }
 
@@ -95,7 +94,8 @@ pub(super) fn hyperplane_of_minors<const D: usize>(
     Hyperplane {
         normal,
         offset: dot(&normal, corner),
-        area: length / factorial_below(D),
+        determinant: length,
+        uncertainty: 0.0,
     }
 }
 
@@ -104,12 +104,12 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_triangle_in_space_has_the_normal_of_its_winding_and_its_area() {
+    fn a_triangle_in_space_has_the_normal_of_its_winding_and_twice_its_area() {
         let corners = [&[2.0, 0.0, 5.0], &[2.0, 3.0, 5.0], &[6.0, 0.0, 5.0]];
         let plane = hyperplane(&corners).expect("a proper triangle");
         // (0,3,0) x (4,0,0) = (0,0,-12)
         assert_eq!(plane.normal.map(f64::round), [0.0, 0.0, -1.0]);
-        assert!((plane.area - 6.0).abs() < 1e-14);
+        assert!((plane.determinant - 12.0).abs() < 1e-14);
         assert!((plane.offset + 5.0).abs() < 1e-14);
     }
 
@@ -123,7 +123,7 @@ mod tests {
             for k in 0..D {
                 assert!((plane.normal[k].abs() - 1.0 / root).abs() < 1e-15);
             }
-            assert!((plane.area - root / factorial_below(D)).abs() < 1e-15);
+            assert!((plane.determinant - root).abs() < 1e-15);
         }
         check::<2>();
         check::<3>();

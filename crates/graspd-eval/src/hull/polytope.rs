@@ -10,7 +10,8 @@ pub(super) const NONE: u32 = u32::MAX;
 pub(super) struct Facet<const D: usize> {
     pub(super) normal: [f64; D],
     pub(super) offset: f64,
-    pub(super) area: f64,
+    /// Heights within this of 0 are not certain; used by exact predicates alone.
+    pub(super) uncertainty: f64,
     /// In an order whose determinant makes the normal point outward.
     pub(super) vertices: [u32; D],
     /// `neighbours[k]` shares all vertices but `vertices[k]`.
@@ -266,7 +267,7 @@ impl<const D: usize> Polytope<D> {
         Ok(Facet {
             normal: plane.normal,
             offset: plane.offset,
-            area: plane.area,
+            uncertainty: plane.uncertainty,
             vertices,
             neighbours: [NONE; D],
             mark,
