@@ -1,2 +1,52 @@
-//! placeholder
-fn main() {}
+//! The `graspd` command: grasps of objects by multi-fingered hands.
+
+mod commands;
+mod progress;
+mod table;
+
+use std::process::ExitCode;
+
+use clap::{Parser, Subcommand};
+
+use commands::{eval, hands, objects, sdf, synth};
+
+/// Synthesises contact-rich grasps for multi-fingered hands by optimising through a differentiable contact simulation.
+#[derive(Parser)]
+#[command(name = "graspd", version, propagate_version = true)]
+struct Cli {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    /// Synthesise, evaluate and rank grasps of an object (with no OBJECT: of a built-in mug)
+    Synth(synth::Arguments),
+    /// Evaluate grasps already made, by anyone
+    Eval(eval::Arguments),
+    /// Write the signed distance grid of an object
+    Sdf(sdf::Arguments),
+    /// List the built-in hands, or inspect a URDF
+    Hands(hands::Arguments),
+    /// List the built-in objects
+    Objects(objects::Arguments),
+}
+
+fn main() -> ExitCode {
+    let result = match Cli::parse().command {
+        Command::Synth(arguments) => synth::run(&arguments),
+        Command::Eval(arguments) => eval::run(&arguments),
+        Command::Sdf(arguments) => sdf::run(&arguments),
+        Command::Hands(arguments) => hands::run(&arguments),
+        Command::Objects(arguments) => objects::run(&arguments),
+    };
+    match result {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            // One line, whatever the causes were.
+            let text = format!("{error:#}").replace('\n', " ");
+            eprintln!("error: {text}");
+            ExitCode::FAILURE
+        }
+    }
+}

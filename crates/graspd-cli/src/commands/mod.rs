@@ -1,0 +1,9 @@
+//! One file for each command.
+
+pub(crate) mod eval;
+pub(crate) mod hands;
+pub(crate) mod input;
+pub(crate) mod objects;
+pub(crate) mod output;
+pub(crate) mod sdf;
+pub(crate) mod synth;

@@ -1,0 +1,133 @@
+//! What a run leaves in its folder.
+
+use std::path::Path;
+
+use anyhow::{Context, Result};
+use graspd::{Grasp, GraspRecord, Summary, SynthesisSettings, write_atomically, write_records};
+use graspd_geom::{TriangleMesh, save_obj};
+use graspd_hand::Hand;
+use serde::Serialize;
+
+/// `run.toml`: everything that a run depends on.
+#[derive(Serialize)]
+pub(crate) struct RunDescription<'a> {
+    pub(crate) graspd_version: &'static str,
+    pub(crate) object: &'a str,
+    pub(crate) object_scale: f64,
+    pub(crate) hand: &'a str,
+    pub(crate) seed: u64,
+    pub(crate) grasps: usize,
+    pub(crate) sdf_resolution: usize,
+    pub(crate) machine: Machine,
+    pub(crate) settings: &'a SynthesisSettings,
+    pub(crate) evaluation: &'a graspd_eval::EvaluationSettings,
+}
+
+/// Where a run was made.
+#[derive(Serialize)]
+pub(crate) struct Machine {
+    pub(crate) os: &'static str,
+    pub(crate) arch: &'static str,
+    pub(crate) threads: usize,
+}
+
+/// Makes the folder and tries to write in it, so that a mistaken path is found before the work and not after.
+pub(crate) fn prepare_folder(folder: &Path) -> Result<()> {
+    let context = || {
+        format!(
+            "cannot write into {}; choose another output folder with -o",
+            folder.display()
+        )
+    };
+    std::fs::create_dir_all(folder).with_context(context)?;
+    let probe = folder.join(".graspd-write-test");
+    std::fs::write(&probe, b"").with_context(context)?;
+    std::fs::remove_file(&probe).with_context(context)
+}
+
+/// Writes `run.toml`.
+pub(crate) fn write_run(folder: &Path, run: &RunDescription<'_>) -> Result<()> {
+    let text = toml::to_string(run).context("run.toml")?;
+    Ok(write_atomically(&folder.join("run.toml"), text.as_bytes())?)
+}
+
+/// Writes `grasps.jsonl` and `summary.json`.
+pub(crate) fn write_results(folder: &Path, records: &[GraspRecord], summary: &Summary) -> Result<()> {
+    write_records(&folder.join("grasps.jsonl"), records)?;
+    let text = serde_json::to_string_pretty(summary).context("summary.json")?;
+    Ok(write_atomically(&folder.join("summary.json"), text.as_bytes())?)
+}
+
+/// Writes the posed hands and the object as closed OBJ files in the object frame.
+pub(crate) fn write_meshes(
+    folder: &Path,
+    object: &TriangleMesh,
+    hand: &dyn Hand,
+    grasps: &[Grasp],
+) -> Result<()> {
+    let folder = folder.join("meshes");
+    std::fs::create_dir_all(&folder)
+        .with_context(|| format!("cannot write into {}", folder.display()))?;
+    save_obj(object, &folder.join("object.obj"))?;
+    for grasp in grasps {
+        let name = format!("{:03}_hand.obj", grasp.record.index);
+        save_obj(&hand.surface(&grasp.pose), &folder.join(name))?;
+    }
+    Ok(())
+}
+
+/// Writes `trajectory.npz`: `index` \[m\], `step` \[m\], `translation_m` \[m, 3\], `rotation_wxyz` \[m, 4\],
+/// `articulation` \[m, n\], `losses` \[m, 5\] (physics, task, range, limit, intersection).
+pub(crate) fn write_trajectories(folder: &Path, grasps: &[Grasp]) -> Result<()> {
+    let path = folder.join("trajectory.npz");
+    let rows: Vec<_> = grasps
+        .iter()
+        .flat_map(|grasp| grasp.trajectory.iter().map(|point| (grasp.record.index, point)))
+        .collect();
+    let joints = rows.first().map_or(0, |(_, p)| p.pose.articulation.len());
+    let matrix = |columns: usize, values: Vec<f64>| {
+        ndarray::Array2::from_shape_vec((rows.len(), columns), values).context("trajectory.npz")
+    };
+    let index = ndarray::Array1::from_iter(rows.iter().map(|(index, _)| *index as u64));
+    let step = ndarray::Array1::from_iter(rows.iter().map(|(_, p)| p.step as u64));
+    let translation = matrix(
+        3,
+        rows.iter()
+            .flat_map(|(_, p)| [p.pose.translation.x, p.pose.translation.y, p.pose.translation.z])
+            .collect(),
+    )?;
+    let rotation = matrix(
+        4,
+        rows.iter()
+            .flat_map(|(_, p)| {
+                let q = p.pose.rotation;
+                [q.w, q.x, q.y, q.z]
+            })
+            .collect(),
+    )?;
+    let articulation = matrix(
+        joints,
+        rows.iter()
+            .flat_map(|(_, p)| p.pose.articulation.iter().copied())
+            .collect(),
+    )?;
+    let losses = matrix(
+        5,
+        rows.iter()
+            .flat_map(|(_, p)| {
+                let l = p.losses;
+                [l.physics, l.task, l.range, l.limit, l.intersection]
+            })
+            .collect(),
+    )?;
+    let mut bytes = std::io::Cursor::new(Vec::new());
+    let mut npz = ndarray_npy::NpzWriter::new_compressed(&mut bytes);
+    npz.add_array("index", &index)?;
+    npz.add_array("step", &step)?;
+    npz.add_array("translation_m", &translation)?;
+    npz.add_array("rotation_wxyz", &rotation)?;
+    npz.add_array("articulation", &articulation)?;
+    npz.add_array("losses", &losses)?;
+    npz.finish()?;
+    Ok(write_atomically(&path, bytes.get_ref())?)
+}

@@ -1,0 +1,103 @@
+//! `graspd sdf`: the signed distance grid as an `.npz` file.
+
+use std::path::PathBuf;
+use std::time::Instant;
+
+use anyhow::{Context, Result};
+use clap::Args;
+use graspd::{PAPER_PADDING, PAPER_RESOLUTION, write_atomically};
+use graspd_geom::{SdfGrid, SignedDistance};
+
+use super::input::{load_object, on_threads};
+use crate::progress::Progress;
+
+#[derive(Args)]
+pub(crate) struct Arguments {
+    /// Built-in object (see `graspd objects`) or a closed mesh: .obj .stl .ply .off
+    object: String,
+    /// Samples along each axis
+    #[arg(long, default_value_t = PAPER_RESOLUTION)]
+    resolution: usize,
+    /// Distance by which the grid reaches beyond the mesh's bounding box [m]
+    #[arg(long, default_value_t = PAPER_PADDING)]
+    padding: f64,
+    /// Multiplies the object's coordinates
+    #[arg(long, default_value_t = 1.0)]
+    scale: f64,
+    /// Output file (OBJECT.npz by default): sdf [n, n, n] in metres, origin [3], spacing [3]
+    #[arg(short, long, value_name = "FILE.npz")]
+    output: Option<PathBuf>,
+    /// Worker threads (one for each core by default)
+    #[arg(long)]
+    threads: Option<usize>,
+    /// Print what was written as JSON
+    #[arg(long)]
+    json: bool,
+    /// No progress and no warnings
+    #[arg(long, short)]
+    quiet: bool,
+}
+
+pub(crate) fn run(arguments: &Arguments) -> Result<()> {
+    on_threads(arguments.threads, || build(arguments))?
+}
+
+fn build(arguments: &Arguments) -> Result<()> {
+    let object = load_object(&arguments.object, arguments.scale, arguments.quiet)?;
+    let output = arguments
+        .output
+        .clone()
+        .unwrap_or_else(|| PathBuf::from(format!("{}.npz", object.name)));
+    let started = Instant::now();
+    let title = format!("signed distance, {}^3", arguments.resolution);
+    let progress = Progress::start(&title, 1000, arguments.quiet);
+    let distance = SignedDistance::new(&object.mesh)
+        .with_context(|| arguments.object.clone())?;
+    let grid = SdfGrid::build(
+        &distance,
+        arguments.resolution,
+        arguments.padding,
+        &|fraction| progress.set((1000.0 * fraction) as u64),
+    )?;
+    progress.finish();
+    let seconds = started.elapsed().as_secs_f64();
+    write_atomically(&output, &npz(&grid)?)?;
+
+    let (origin, spacing) = (grid.origin(), grid.spacing());
+    if arguments.json {
+        let value = serde_json::json!({
+            "file": output,
+            "resolution": grid.dims(),
+            "origin_m": [origin.x, origin.y, origin.z],
+            "spacing_m": [spacing.x, spacing.y, spacing.z],
+            "seconds": seconds,
+        });
+        println!("{}", serde_json::to_string_pretty(&value)?);
+    } else {
+        println!(
+            "{}: {}^3 samples in {seconds:.1} s, spacing {:.3} x {:.3} x {:.3} mm",
+            output.display(),
+            arguments.resolution,
+            1000.0 * spacing.x,
+            1000.0 * spacing.y,
+            1000.0 * spacing.z
+        );
+    }
+    Ok(())
+}
+
+/// Arrays `sdf` (float32, index [i, j, k] at origin + (i, j, k) * spacing), `origin` and `spacing` (float64).
+fn npz(grid: &SdfGrid) -> Result<Vec<u8>> {
+    use ndarray::ShapeBuilder;
+    let [nx, ny, nz] = grid.dims();
+    let view = ndarray::ArrayView3::from_shape((nx, ny, nz).f(), grid.values())
+        .context("the grid's shape")?;
+    let (origin, spacing) = (grid.origin(), grid.spacing());
+    let mut bytes = std::io::Cursor::new(Vec::new());
+    let mut npz = ndarray_npy::NpzWriter::new_compressed(&mut bytes);
+    npz.add_array("sdf", &view)?;
+    npz.add_array("origin", &ndarray::arr1(&[origin.x, origin.y, origin.z]))?;
+    npz.add_array("spacing", &ndarray::arr1(&[spacing.x, spacing.y, spacing.z]))?;
+    npz.finish()?;
+    Ok(bytes.into_inner())
+}

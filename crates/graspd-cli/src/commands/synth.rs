@@ -1,0 +1,244 @@
+//! `graspd synth`: the main job.
+
+use std::path::{Path, PathBuf};
+use std::sync::Mutex;
+use std::time::Instant;
+
+use anyhow::{Result, bail};
+use clap::Args;
+use graspd::{
+    Grasp, GraspObject, GraspRecord, PAPER_RESOLUTION, PRESETS, RunObserver, RunSettings, Summary,
+    SynthesisSettings, synthesize_grasps,
+};
+use graspd_eval::EvaluationSettings;
+use graspd_hand::{Hand, load_hand};
+
+use super::input::{load_object, on_threads, prepare_object};
+use super::output::{
+    Machine, RunDescription, prepare_folder, write_meshes, write_results, write_run,
+    write_trajectories,
+};
+use crate::progress::Progress;
+use crate::table::print_grasps;
+
+/// Poses are kept every so many steps with `--trajectory`.
+const TRAJECTORY_INTERVAL: usize = 20;
+/// Steps between two reports to the progress bar.
+const PROGRESS_INTERVAL: usize = 50;
+/// Width and height of each of the three views of `--png` \[pixels\].
+const PICTURE_PANEL: (usize, usize) = (640, 640);
+
+#[derive(Args)]
+pub(crate) struct Arguments {
+    /// Built-in object (see `graspd objects`) or a closed mesh: .obj .stl .ply .off
+    #[arg(default_value = "mug")]
+    object: String,
+    /// Built-in hand (see `graspd hands`) or a .urdf
+    #[arg(long, default_value = "allegro")]
+    hand: String,
+    /// How many grasps, each from its own start
+    #[arg(short = 'n', long = "count", default_value_t = 10)]
+    count: usize,
+    /// Keep only the K best grasps (all by default)
+    #[arg(long, value_name = "K")]
+    top_k: Option<usize>,
+    /// Seed of the starts
+    #[arg(long, default_value_t = 0)]
+    seed: u64,
+    /// Set of parameters
+    #[arg(long, default_value = "default", value_parser = clap::builder::PossibleValuesParser::new(PRESETS))]
+    preset: String,
+    /// Optimiser steps of each grasp (7000 by default); schedules stretch along
+    #[arg(long)]
+    steps: Option<usize>,
+    /// Samples of the distance grid along each axis
+    #[arg(long, default_value_t = PAPER_RESOLUTION)]
+    resolution: usize,
+    /// Multiplies the object's coordinates (0.001 for a mesh in millimetres)
+    #[arg(long, default_value_t = 1.0)]
+    scale: f64,
+    /// Worker threads (one for each core by default); results do not depend on it
+    #[arg(long)]
+    threads: Option<usize>,
+    /// Output folder
+    #[arg(short, long, default_value = "grasps")]
+    output: PathBuf,
+    /// Render the best grasp to this PNG file
+    #[arg(long, value_name = "FILE")]
+    png: Option<PathBuf>,
+    /// Also write the posed hands and the object as OBJ files to DIR/meshes
+    #[arg(long)]
+    meshes: bool,
+    /// Also write the poses along the optimisations to DIR/trajectory.npz
+    #[arg(long)]
+    trajectory: bool,
+    /// Print the summary and the grasps as JSON instead of a table
+    #[arg(long)]
+    json: bool,
+    /// No progress and no warnings
+    #[arg(long, short)]
+    quiet: bool,
+}
+
+pub(crate) fn run(arguments: &Arguments) -> Result<()> {
+    on_threads(arguments.threads, || synthesize(arguments))?
+}
+
+fn synthesize(arguments: &Arguments) -> Result<()> {
+    let quiet = arguments.quiet;
+    if arguments.top_k == Some(0) {
+        bail!("--top-k is 0; it must be at least 1 (leave it out to keep all grasps)");
+    }
+    let mut settings = SynthesisSettings::preset(&arguments.preset)?;
+    if let Some(steps) = arguments.steps {
+        settings = settings.with_steps(steps);
+    }
+    settings.validate()?;
+    let run = RunSettings {
+        seed: arguments.seed,
+        count: arguments.count,
+        trajectory_every: arguments.trajectory.then_some(TRAJECTORY_INTERVAL),
+        evaluation: EvaluationSettings::default(),
+    };
+    run.validate()?;
+    prepare_folder(&arguments.output)?;
+    let hand = load_hand(&arguments.hand)?;
+    let source = load_object(&arguments.object, arguments.scale, quiet)?;
+
+    let started = Instant::now();
+    let object = prepare_object(source, arguments.resolution, settings.density, quiet)?;
+    let preparation = started.elapsed().as_secs_f64();
+
+    let started = Instant::now();
+    let mut grasps = synthesize_with_progress(&object, hand.as_ref(), &settings, &run, quiet)?;
+    let synthesis = started.elapsed().as_secs_f64();
+
+    let all: Vec<GraspRecord> = grasps.iter().map(|g| g.record.clone()).collect();
+    let summary = Summary::of(&all);
+    grasps.truncate(arguments.top_k.unwrap_or(usize::MAX));
+    let records = &all[..grasps.len()];
+
+    write(arguments, &object, hand.as_ref(), &settings, &run, &grasps)?;
+    write_results(&arguments.output, records, &summary)?;
+    if let Some(file) = &arguments.png {
+        write_picture(file, &object, hand.as_ref(), &grasps)?;
+    }
+
+    if arguments.json {
+        let value = serde_json::json!({
+            "summary": summary,
+            "grasps": records,
+            "output": arguments.output,
+            "seconds": {"preparation": preparation, "synthesis_and_evaluation": synthesis},
+        });
+        println!("{}", serde_json::to_string_pretty(&value)?);
+        return Ok(());
+    }
+    print_grasps(records, &summary);
+    println!(
+        "{} grasps in {synthesis:.1} s ({:.2} s each) after {preparation:.1} s of preparation; written to {}",
+        all.len(),
+        synthesis / all.len() as f64,
+        arguments.output.display()
+    );
+    if let Some(file) = &arguments.png {
+        println!("picture of the best grasp: {}", file.display());
+    }
+    Ok(())
+}
+
+/// Counts steps of all starts together.
+struct Reporter {
+    progress: Progress,
+    finished: Mutex<usize>,
+    count: usize,
+}
+
+impl RunObserver for Reporter {
+    fn step(&self, _index: usize, step: usize) {
+        if step > 0 && step.is_multiple_of(PROGRESS_INTERVAL) {
+            self.progress.advance(PROGRESS_INTERVAL as u64);
+        }
+    }
+    fn finished(&self, record: &GraspRecord) {
+        let mut finished = self
+            .finished
+            .lock()
+            .unwrap_or_else(|poisoned| poisoned.into_inner());
+        *finished += 1;
+        let metrics = record.metrics.as_ref();
+        let value = |pick: Option<f64>| pick.map_or_else(|| "-".into(), |v| format!("{v:.2}"));
+        self.progress.note(&format!(
+            "grasp #{} ({} of {}): SD {} cm, contact {} cm2, interpenetration {} cm3",
+            record.index,
+            *finished,
+            self.count,
+            value(metrics.and_then(|m| m.sim_displacement_cm)),
+            value(metrics.and_then(|m| m.contact_area_cm2)),
+            value(metrics.and_then(|m| m.interpenetration_volume_cm3)),
+        ));
+    }
+}
+
+fn synthesize_with_progress(
+    object: &GraspObject,
+    hand: &dyn Hand,
+    settings: &SynthesisSettings,
+    run: &RunSettings,
+    quiet: bool,
+) -> Result<Vec<Grasp>> {
+    let title = format!("{} grasps, {} steps", run.count, settings.steps);
+    let reporter = Reporter {
+        progress: Progress::start(&title, (run.count * settings.steps) as u64, quiet),
+        finished: Mutex::new(0),
+        count: run.count,
+    };
+    let grasps = synthesize_grasps(object, hand, settings, run, &reporter)?;
+    reporter.progress.finish();
+    Ok(grasps)
+}
+
+fn write(
+    arguments: &Arguments,
+    object: &GraspObject,
+    hand: &dyn Hand,
+    settings: &SynthesisSettings,
+    run: &RunSettings,
+    grasps: &[Grasp],
+) -> Result<()> {
+    let folder = &arguments.output;
+    write_run(
+        folder,
+        &RunDescription {
+            graspd_version: env!("CARGO_PKG_VERSION"),
+            object: &arguments.object,
+            object_scale: arguments.scale,
+            hand: &arguments.hand,
+            seed: run.seed,
+            grasps: run.count,
+            sdf_resolution: arguments.resolution,
+            machine: Machine {
+                os: std::env::consts::OS,
+                arch: std::env::consts::ARCH,
+                threads: rayon::current_num_threads(),
+            },
+            settings,
+            evaluation: &run.evaluation,
+        },
+    )?;
+    if arguments.meshes {
+        write_meshes(folder, &object.source.mesh, hand, grasps)?;
+    }
+    if arguments.trajectory {
+        write_trajectories(folder, grasps)?;
+    }
+    Ok(())
+}
+
+fn write_picture(file: &Path, object: &GraspObject, hand: &dyn Hand, grasps: &[Grasp]) -> Result<()> {
+    if let Some(best) = grasps.first() {
+        graspd_view::render_hand_pose(&object.source.mesh, hand, &best.pose, PICTURE_PANEL)?
+            .write_png(file)?;
+    }
+    Ok(())
+}

@@ -1,0 +1,79 @@
+//! What can go wrong in the pipeline.
+
+use std::path::PathBuf;
+
+/// Why grasps could not be made, read or written.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum GraspError {
+    /// The object's mesh.
+    #[error(transparent)]
+    Geometry(#[from] graspd_geom::GeometryError),
+    /// The hand.
+    #[error(transparent)]
+    Hand(#[from] graspd_hand::HandError),
+    /// The simulation's parameters.
+    #[error(transparent)]
+    Simulation(#[from] graspd_sim::SimulationError),
+    /// The optimiser's parameters.
+    #[error(transparent)]
+    Optimization(#[from] graspd_opt::OptimizationError),
+    /// The judge.
+    #[error(transparent)]
+    Evaluation(#[from] graspd_eval::EvaluationError),
+    /// A setting outside its range.
+    #[error("setting `{field}` is {value}; it must be {wanted}")]
+    InvalidSetting {
+        /// The field's name.
+        field: &'static str,
+        /// The offending value.
+        value: f64,
+        /// What it should be.
+        wanted: &'static str,
+    },
+    /// A preset that does not exist.
+    #[error("there is no preset `{name}`; known presets: {known}")]
+    UnknownPreset {
+        /// The name asked for.
+        name: String,
+        /// The names that exist.
+        known: String,
+    },
+    /// A file that cannot be read.
+    #[error("cannot read {path}: {source}; check the path and its permissions")]
+    Read {
+        /// The file.
+        path: PathBuf,
+        /// The system's reason.
+        source: std::io::Error,
+    },
+    /// A file that cannot be written.
+    #[error("cannot write {path}: {source}; choose another output folder with -o")]
+    Write {
+        /// The file.
+        path: PathBuf,
+        /// The system's reason.
+        source: std::io::Error,
+    },
+    /// A line that is no grasp record.
+    #[error("{path}, line {line}: {fault}; each line must be one graspd.grasp/1 record")]
+    ParseRecord {
+        /// The file.
+        path: PathBuf,
+        /// Line number from 1; 0 for the file as a whole.
+        line: usize,
+        /// What is wrong.
+        fault: String,
+    },
+    /// A record whose content makes no sense.
+    #[error("grasp {index} cannot be used: {fault}; correct the record or leave it out")]
+    InvalidRecord {
+        /// The record's index.
+        index: usize,
+        /// What is wrong.
+        fault: String,
+    },
+    /// The worker threads.
+    #[error("cannot start the worker threads: {0}; try fewer with --threads")]
+    Threads(String),
+}

@@ -1,0 +1,116 @@
+//! An object made ready for synthesis: mesh, distance grid, mass, surface sampler.
+
+use std::path::{Path, PathBuf};
+
+use graspd_geom::{
+    MassProperties, SdfGrid, SignedDistance, SurfaceSampler, TriangleMesh, builtin_object,
+    closed_surface, load_mesh,
+};
+use graspd_sim::SimulatedObject;
+
+use crate::GraspError;
+
+/// Distance by which the grid reaches beyond the mesh's bounding box \[m\]; paper: 1 cm.
+pub const PAPER_PADDING: f64 = 0.01;
+/// Samples of the grid along each axis; paper: 256.
+pub const PAPER_RESOLUTION: usize = 256;
+
+/// A closed mesh with its name and where it came from.
+#[derive(Clone, Debug)]
+pub struct NamedMesh {
+    /// The built-in object's name, or the file's name without folder and extension.
+    pub name: String,
+    /// The file; `None` for a built-in object.
+    pub path: Option<PathBuf>,
+    /// The factor that the coordinates were multiplied by.
+    pub scale: f64,
+    /// The mesh after scaling, closed and outward oriented \[m\].
+    pub mesh: TriangleMesh,
+}
+
+impl NamedMesh {
+    /// A built-in object, or else the closed mesh in a file, multiplied by `scale`.
+    ///
+    /// # Errors
+    /// If there is neither, the file cannot be read, the mesh is not closed, or the scale is not positive.
+    pub fn load(name_or_path: &str, scale: f64) -> Result<Self, GraspError> {
+        if !(scale.is_finite() && scale > 0.0) {
+            return Err(GraspError::InvalidSetting {
+                field: "scale",
+                value: scale,
+                wanted: "a positive number",
+            });
+        }
+        if let Some(mesh) = builtin_object(name_or_path) {
+            return Ok(Self {
+                name: name_or_path.to_owned(),
+                path: None,
+                scale,
+                mesh: mesh.scaled(scale),
+            });
+        }
+        let path = Path::new(name_or_path);
+        let mesh = closed_surface(&load_mesh(path)?, name_or_path)?;
+        Ok(Self {
+            name: path
+                .file_stem()
+                .map_or_else(|| name_or_path.into(), |stem| stem.to_string_lossy().into_owned()),
+            path: Some(path.to_owned()),
+            scale,
+            mesh: mesh.scaled(scale),
+        })
+    }
+
+    /// What errors call it: the file, or the built-in name.
+    pub fn label(&self) -> String {
+        self.path
+            .as_ref()
+            .map_or_else(|| self.name.clone(), |path| path.display().to_string())
+    }
+
+    /// The longest side of the bounding box \[m\].
+    pub fn largest_side(&self) -> f64 {
+        self.mesh
+            .bounds()
+            .map_or(0.0, |(low, high)| (high - low).max())
+    }
+}
+
+/// An object ready to be grasped.
+pub struct GraspObject {
+    /// Its mesh, name and origin.
+    pub source: NamedMesh,
+    /// Its exact signed distance.
+    pub distance: SignedDistance,
+    /// What the simulation sees.
+    pub simulated: SimulatedObject,
+    /// Draws points of its surface.
+    pub surface: SurfaceSampler,
+}
+
+impl GraspObject {
+    /// Builds the distance grid of `resolution`^3 samples and the mass properties at `density` \[kg/m^3\].
+    ///
+    /// `progress` is called with the fraction of the grid that is done.
+    ///
+    /// # Errors
+    /// If the mesh encloses no volume, or the resolution is out of range.
+    pub fn prepare(
+        source: NamedMesh,
+        resolution: usize,
+        density: f64,
+        progress: &(dyn Fn(f64) + Sync),
+    ) -> Result<Self, GraspError> {
+        let distance = SignedDistance::new(&source.mesh)?;
+        let sdf = SdfGrid::build(&distance, resolution, PAPER_PADDING, progress)?;
+        let mass = MassProperties::new(&source.mesh, density, &source.label())?;
+        let surface = SurfaceSampler::new(&source.mesh)?;
+        let simulated = SimulatedObject::new(sdf, mass.mass, mass.center_of_mass, mass.inertia)?;
+        Ok(Self {
+            source,
+            distance,
+            simulated,
+            surface,
+        })
+    }
+}

@@ -1,0 +1,277 @@
+//! Every number that the synthesis depends on, and the named sets of them.
+
+use graspd_geom::Vec3;
+use graspd_opt::{AdamSettings, AdamaxSettings, OptimizerKind, Schedule};
+use graspd_sim::{ContactParams, SimulationParams, Twist};
+use serde::{Deserialize, Serialize};
+
+use crate::GraspError;
+
+/// The settings of one synthesis. [`Default`] is the preset that measures best.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct SynthesisSettings {
+    /// Name of the preset that these settings come from.
+    pub preset: String,
+    /// Optimiser steps; paper: 7000.
+    pub steps: usize,
+    /// Steps over which the dilation radius falls to 0; 0 switches coarse-to-fine off; paper: 5000.
+    pub smoothing_steps: usize,
+    /// The dilation radius starts at the closest hand-object distance less this \[m\]; paper: 0.01.
+    pub smoothing_margin: f64,
+    /// Distance of the palm from the approach point at the start \[m\]; paper: 0.1.
+    pub standoff: f64,
+
+    /// Learning rate of the target wrenches \[N or N m a step\]; paper: 1e-2.
+    pub force_rate: f64,
+    /// Learning rate of the base's position \[m a step\]; paper: 3e-3.
+    pub translation_rate: f64,
+    /// Learning rate of the base's rotation \[rad a step\]; paper: 3e-3.
+    pub rotation_rate: f64,
+    /// Learning rate of the joints \[rad or m a step\]; paper: 3e-3.
+    pub articulation_rate: f64,
+    /// Optimiser of the pose: true for Adam, false for Adamax; paper: Adamax.
+    pub pose_uses_adam: bool,
+    /// Steps over which the pose rates rise from 0.
+    pub warmup_steps: usize,
+    /// Step after which the pose rates decay exponentially.
+    pub decay_start: usize,
+    /// What the pose rates have decayed to at the last step, as a fraction; 1 for no decay.
+    pub decay_factor: f64,
+
+    /// Weight of L_phys in the force step; released code: 1e-2.
+    pub relaxation_weight: f64,
+    /// Weight of L_range in the pose step \[N^2/rad^2\].
+    pub range_weight: f64,
+    /// Weight of L_inter in the pose step, in units of k_n^2: with 1, links that overlap by some depth count as
+    /// much as a contact of that depth.
+    pub intersection_weight: f64,
+    /// Keep the joints within their limits after every step, besides the constraint on L_limit; paper: no.
+    pub clamp_joints: bool,
+    /// C_task; paper: 1e-4.
+    pub task_limit: f64,
+    /// C_limit \[rad^2\]; paper: 1e-4.
+    pub joint_limit: f64,
+    /// Damping of both constraints; paper: 1.
+    pub damping: f64,
+
+    /// k_n \[N/m\]; paper: 1e6.
+    pub normal_stiffness: f64,
+    /// k_n at the start \[N/m\]; it stays there until `stiffening_start`, grows exponentially to
+    /// `normal_stiffness` at `stiffening_end`, and k_f along with it; paper: constant.
+    pub soft_stiffness: f64,
+    /// Step at which the contacts begin to stiffen.
+    pub stiffening_start: usize,
+    /// Step at which the contacts have their full stiffness.
+    pub stiffening_end: usize,
+    /// k_f \[N s/m^2\]; paper: 1e8.
+    pub friction_stiffness: f64,
+    /// mu; paper: 0.8.
+    pub friction_coefficient: f64,
+    /// alpha of the leaky gradient; paper: 0.1.
+    pub leak: f64,
+    /// Length of the simulated step \[s\]; paper: 1e-5.
+    pub time_step: f64,
+    /// The object's velocities before the step \[m/s\], `[J, 3]`.
+    pub object_velocities: Vec<[f64; 3]>,
+    /// Density of the object \[kg/m^3\]; released code: 1000.
+    pub density: f64,
+}
+
+/// The presets by name.
+pub const PRESETS: [&str; 2] = ["default", "paper"];
+
+impl Default for SynthesisSettings {
+    fn default() -> Self {
+        Self {
+            preset: "default".into(),
+            decay_start: 3500,
+            decay_factor: 0.003,
+            clamp_joints: true,
+            normal_stiffness: 1e5,
+            friction_stiffness: 1e7,
+            soft_stiffness: 1e4,
+            stiffening_start: 5000,
+            stiffening_end: 6500,
+            ..Self::paper()
+        }
+    }
+}
+
+impl SynthesisSettings {
+    /// The paper's numbers to the letter. Where it is silent: L_range and L_inter are weighted so that they
+    /// act at the scale of contact forces, and rates are in metres and radians.
+    pub fn paper() -> Self {
+        let contact = ContactParams::default();
+        Self {
+            preset: "paper".into(),
+            steps: 7000,
+            smoothing_steps: 5000,
+            smoothing_margin: 0.01,
+            standoff: 0.1,
+            force_rate: 1e-2,
+            translation_rate: 3e-3,
+            rotation_rate: 3e-3,
+            articulation_rate: 3e-3,
+            pose_uses_adam: false,
+            warmup_steps: 0,
+            decay_start: 7000,
+            decay_factor: 1.0,
+            relaxation_weight: 1e-2,
+            range_weight: 1.0,
+            intersection_weight: 1.0,
+            clamp_joints: false,
+            task_limit: 1e-4,
+            joint_limit: 1e-4,
+            damping: 1.0,
+            normal_stiffness: contact.normal_stiffness,
+            soft_stiffness: contact.normal_stiffness,
+            stiffening_start: 0,
+            stiffening_end: 7000,
+            friction_stiffness: contact.friction_stiffness,
+            friction_coefficient: contact.friction_coefficient,
+            leak: contact.leak,
+            time_step: 1e-5,
+            object_velocities: vec![[0.0; 3], [0.01; 3], [-0.01; 3]],
+            density: 1000.0,
+        }
+    }
+
+    /// The preset of that name.
+    ///
+    /// # Errors
+    /// If there is none; names those that exist.
+    pub fn preset(name: &str) -> Result<Self, GraspError> {
+        match name {
+            "default" => Ok(Self::default()),
+            "paper" => Ok(Self::paper()),
+            _ => Err(GraspError::UnknownPreset {
+                name: name.into(),
+                known: PRESETS.join(", "),
+            }),
+        }
+    }
+
+    /// The same schedule stretched or squeezed to `steps` steps.
+    pub fn with_steps(mut self, steps: usize) -> Self {
+        let scale = |value: usize| (value as f64 * steps as f64 / self.steps as f64).round() as usize;
+        self.stiffening_start = scale(self.stiffening_start);
+        self.stiffening_end = scale(self.stiffening_end);
+        let (smoothing, warmup, decay) = (
+            scale(self.smoothing_steps),
+            scale(self.warmup_steps),
+            scale(self.decay_start),
+        );
+        self.smoothing_steps = smoothing;
+        self.warmup_steps = warmup;
+        self.decay_start = decay;
+        self.steps = steps;
+        self
+    }
+
+    /// Checks every field.
+    ///
+    /// # Errors
+    /// Names the first field that is out of range.
+    pub fn validate(&self) -> Result<(), GraspError> {
+        let positive = [
+            ("force_rate", self.force_rate),
+            ("translation_rate", self.translation_rate),
+            ("rotation_rate", self.rotation_rate),
+            ("articulation_rate", self.articulation_rate),
+            ("decay_factor", self.decay_factor),
+            ("task_limit", self.task_limit),
+            ("joint_limit", self.joint_limit),
+            ("density", self.density),
+            ("soft_stiffness", self.soft_stiffness),
+        ];
+        for (field, value) in positive {
+            if !(value.is_finite() && value > 0.0) {
+                return Err(GraspError::InvalidSetting {
+                    field,
+                    value,
+                    wanted: "a positive number",
+                });
+            }
+        }
+        let not_negative = [
+            ("smoothing_margin", self.smoothing_margin),
+            ("standoff", self.standoff),
+            ("relaxation_weight", self.relaxation_weight),
+            ("range_weight", self.range_weight),
+            ("intersection_weight", self.intersection_weight),
+            ("damping", self.damping),
+        ];
+        for (field, value) in not_negative {
+            if !(value.is_finite() && value >= 0.0) {
+                return Err(GraspError::InvalidSetting {
+                    field,
+                    value,
+                    wanted: "a number >= 0",
+                });
+            }
+        }
+        if self.steps == 0 {
+            return Err(GraspError::InvalidSetting {
+                field: "steps",
+                value: 0.0,
+                wanted: "at least 1",
+            });
+        }
+        self.simulation().validate()?;
+        Ok(())
+    }
+
+    /// The simulation's part of the settings.
+    pub fn simulation(&self) -> SimulationParams {
+        SimulationParams {
+            contact: ContactParams {
+                normal_stiffness: self.normal_stiffness,
+                friction_stiffness: self.friction_stiffness,
+                friction_coefficient: self.friction_coefficient,
+                leak: self.leak,
+            },
+            time_step: self.time_step,
+            velocities: self
+                .object_velocities
+                .iter()
+                .map(|&linear| Twist {
+                    linear: linear.into(),
+                    angular: Vec3::zero(),
+                })
+                .collect(),
+        }
+    }
+
+    /// By how much the contacts are softer than at the end, at each step.
+    pub(crate) fn softness(&self) -> Result<Schedule, GraspError> {
+        let softness = self.normal_stiffness / self.soft_stiffness;
+        let schedule = Schedule::constant(softness)?;
+        if softness == 1.0 {
+            return Ok(schedule);
+        }
+        let (start, end) = (self.stiffening_start, self.stiffening_end);
+        Ok(schedule.with_exponential_decay(start, end, 1.0 / softness)?)
+    }
+
+    /// The factor on the pose rates at each step.
+    pub(crate) fn rate_decay(&self) -> Result<Schedule, GraspError> {
+        let rate = Schedule::constant(1.0)?.with_warm_up(self.warmup_steps.max(1))?;
+        if self.decay_factor >= 1.0 || self.decay_start >= self.steps {
+            return Ok(rate);
+        }
+        Ok(rate.with_exponential_decay(self.decay_start, self.steps, self.decay_factor)?)
+    }
+
+    pub(crate) fn pose_optimizer(&self) -> OptimizerKind {
+        if self.pose_uses_adam {
+            OptimizerKind::Adam(AdamSettings::default())
+        } else {
+            OptimizerKind::Adamax(AdamaxSettings::default())
+        }
+    }
+
+    pub(crate) fn force_optimizer(&self) -> OptimizerKind {
+        OptimizerKind::Adamax(AdamaxSettings::default())
+    }
+}

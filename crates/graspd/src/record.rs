@@ -1,0 +1,236 @@
+//! What a grasp looks like on disk: one JSON object a line (schema `graspd.grasp/1`).
+
+use std::collections::BTreeMap;
+use std::io::Write;
+use std::path::Path;
+
+use graspd_eval::GraspMetrics;
+use graspd_geom::{Quaternion, Vec3};
+use graspd_hand::HandPose;
+use serde::{Deserialize, Serialize};
+
+use crate::GraspError;
+
+/// The schema that this version writes.
+pub const SCHEMA: &str = "graspd.grasp/1";
+
+/// A pose as records give it: it maps hand-base coordinates into the object's mesh coordinates (after scaling).
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct RecordedPose {
+    /// Translation \[m\].
+    pub translation_m: [f64; 3],
+    /// Unit quaternion, real part first.
+    pub rotation_wxyz: [f64; 4],
+}
+
+impl From<&HandPose> for RecordedPose {
+    fn from(pose: &HandPose) -> Self {
+        let (t, q) = (pose.translation, pose.rotation);
+        Self {
+            translation_m: [t.x, t.y, t.z],
+            rotation_wxyz: [q.w, q.x, q.y, q.z],
+        }
+    }
+}
+
+/// A pose and joints that come before the grasp itself.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct PreGrasp {
+    /// The hand's base.
+    pub pose: RecordedPose,
+    /// Joint positions \[rad or m\] by name.
+    pub joints_rad: BTreeMap<String, f64>,
+}
+
+/// Where the optimiser ended.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct OptimizerRecord {
+    /// Name of the preset.
+    pub preset: String,
+    /// Steps taken.
+    pub steps: usize,
+    /// L_phys \[N^2\] of the last step.
+    pub l_phys: f64,
+    /// L_task of the last step.
+    pub l_task: f64,
+    /// L_range \[rad^2\].
+    pub l_range: f64,
+    /// L_limit \[rad^2\].
+    pub l_limit: f64,
+    /// L_inter \[m^2\].
+    pub l_inter: f64,
+    /// Whether the task constraint holds at the last step.
+    pub task_satisfied: bool,
+}
+
+/// Wall-clock seconds.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Seconds {
+    /// Spent optimising.
+    pub synthesis: f64,
+    /// Spent evaluating.
+    pub evaluation: f64,
+}
+
+/// One grasp.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct GraspRecord {
+    /// [`SCHEMA`].
+    pub schema: String,
+    /// Name of the object.
+    pub object: String,
+    /// The file that the object was read from; `None` for a built-in one.
+    pub object_path: Option<String>,
+    /// The factor that the file's coordinates were multiplied by.
+    pub object_scale: f64,
+    /// Name of the hand.
+    pub hand: String,
+    /// Seed of the run.
+    pub seed: Option<u64>,
+    /// Which start of the run.
+    pub index: usize,
+    /// The hand's base.
+    pub pose: RecordedPose,
+    /// Joint positions \[rad or m\] by name; `None` for hands without joints.
+    pub joints_rad: Option<BTreeMap<String, f64>>,
+    /// Pose space coefficients of a MANO hand.
+    pub mano: Option<serde_json::Value>,
+    /// Where the hand should be before it closes.
+    pub pre_grasp: Option<PreGrasp>,
+    /// The judge's findings; `None` before evaluation.
+    pub metrics: Option<GraspMetrics>,
+    /// How the optimisation ended; `None` for grasps made by others.
+    pub optimizer: Option<OptimizerRecord>,
+    /// 1 for the grasp with the least simulation displacement.
+    pub rank: Option<usize>,
+    /// Timings; the only part that may differ between identical runs.
+    pub seconds: Option<Seconds>,
+}
+
+impl GraspRecord {
+    /// The pose of a hand whose articulation parameters are called `names`; a joint that the record does not
+    /// name is an error.
+    ///
+    /// # Errors
+    /// If a joint is missing, or a number is not finite, or the quaternion is zero.
+    pub fn hand_pose(&self, names: &[String]) -> Result<HandPose, GraspError> {
+        let invalid = |fault: String| GraspError::InvalidRecord {
+            index: self.index,
+            fault,
+        };
+        let joints = self
+            .joints_rad
+            .as_ref()
+            .ok_or_else(|| invalid("it has no `joints_rad`".into()))?;
+        let articulation = names
+            .iter()
+            .map(|name| {
+                joints
+                    .get(name)
+                    .copied()
+                    .ok_or_else(|| invalid(format!("`joints_rad` lacks the joint `{name}`")))
+            })
+            .collect::<Result<Vec<_>, _>>()?;
+        let [x, y, z] = self.pose.translation_m;
+        let [w, i, j, k] = self.pose.rotation_wxyz;
+        let norm = (w * w + i * i + j * j + k * k).sqrt();
+        let all_finite = articulation.iter().chain(&[x, y, z]).all(|v| v.is_finite());
+        if !all_finite || !norm.is_finite() || norm < 1e-6 {
+            return Err(invalid(
+                "its pose has a number that is not finite, or a zero quaternion".into(),
+            ));
+        }
+        // A unit quaternion stays as it is, bit for bit: records are read back exactly.
+        let rotation = Quaternion { w, x: i, y: j, z: k };
+        let is_unit = (norm - 1.0).abs() < 1e-9;
+        Ok(HandPose {
+            translation: Vec3::new(x, y, z),
+            rotation: if is_unit { rotation } else { rotation.normalize() },
+            articulation,
+        })
+    }
+}
+
+/// Joint positions by name.
+pub fn named_joints(names: &[String], articulation: &[f64]) -> BTreeMap<String, f64> {
+    names
+        .iter()
+        .cloned()
+        .zip(articulation.iter().copied())
+        .collect()
+}
+
+/// Reads a `grasps.jsonl`.
+///
+/// # Errors
+/// If the file cannot be read, or a line is not a record; names the file and the line.
+pub fn read_records(path: &Path) -> Result<Vec<GraspRecord>, GraspError> {
+    let text = std::fs::read_to_string(path).map_err(|source| GraspError::Read {
+        path: path.to_owned(),
+        source,
+    })?;
+    let mut records = Vec::new();
+    for (number, line) in text.lines().enumerate() {
+        if line.trim().is_empty() {
+            continue;
+        }
+        records.push(
+            serde_json::from_str(line).map_err(|error| GraspError::ParseRecord {
+                path: path.to_owned(),
+                line: number + 1,
+                fault: error.to_string(),
+            })?,
+        );
+    }
+    if records.is_empty() {
+        return Err(GraspError::ParseRecord {
+            path: path.to_owned(),
+            line: 0,
+            fault: "it holds no grasp".into(),
+        });
+    }
+    Ok(records)
+}
+
+/// Writes records one a line, atomically.
+///
+/// # Errors
+/// If the file cannot be written.
+pub fn write_records(path: &Path, records: &[GraspRecord]) -> Result<(), GraspError> {
+    let mut text = String::new();
+    for record in records {
+        let line = serde_json::to_string(record).map_err(|error| GraspError::ParseRecord {
+            path: path.to_owned(),
+            line: 0,
+            fault: error.to_string(),
+        })?;
+        text.push_str(&line);
+        text.push('\n');
+    }
+    write_atomically(path, text.as_bytes())
+}
+
+/// Writes a file under a temporary name beside it, flushes it to the disk and renames it into place.
+///
+/// # Errors
+/// If any of this fails; names the path.
+pub fn write_atomically(path: &Path, bytes: &[u8]) -> Result<(), GraspError> {
+    let failed = |source| GraspError::Write {
+        path: path.to_owned(),
+        source,
+    };
+    let mut name = path.file_name().unwrap_or_default().to_owned();
+    name.push(format!(".{}.part", std::process::id()));
+    let temporary = path.with_file_name(name);
+    let write = || {
+        let mut file = std::fs::File::create(&temporary)?;
+        file.write_all(bytes)?;
+        file.sync_all()?;
+        std::fs::rename(&temporary, path)
+    };
+    write().map_err(|source| {
+        // What was written so far is of no use to anyone; failing to remove it changes nothing.
+        let _ = std::fs::remove_file(&temporary);
+        failed(source)
+    })
+}

@@ -1,0 +1,238 @@
+//! Many starts at once: synthesise, judge, rank.
+
+use std::time::Instant;
+
+use graspd_eval::{EvaluationSettings, ObjectUnderTest, evaluate};
+use graspd_hand::{Hand, HandPose};
+use graspd_sim::Scene;
+use rayon::prelude::*;
+
+use crate::GraspError;
+use crate::object::GraspObject;
+use crate::preset::SynthesisSettings;
+use crate::rank::rank_by_displacement;
+use crate::record::{
+    GraspRecord, OptimizerRecord, PreGrasp, RecordedPose, SCHEMA, Seconds, named_joints,
+};
+use crate::start::{initial_pose, start_rng};
+use crate::synthesis::{Losses, Synthesis, synthesize};
+
+/// How far the hand stands back before it grasps \[m\].
+const PRE_GRASP_RETREAT: f64 = 0.05;
+/// Starts that already touch the object are drawn again at most this often.
+const MOST_REDRAWS: usize = 100;
+
+/// What a run does besides optimising.
+#[derive(Clone, Debug)]
+pub struct RunSettings {
+    /// Seed of all starts.
+    pub seed: u64,
+    /// How many starts.
+    pub count: usize,
+    /// Keep the pose every so many steps; `None` keeps none.
+    pub trajectory_every: Option<usize>,
+    /// How grasps are judged.
+    pub evaluation: EvaluationSettings,
+}
+
+impl RunSettings {
+    /// Checks every field.
+    ///
+    /// # Errors
+    /// If no grasp is asked for.
+    pub fn validate(&self) -> Result<(), GraspError> {
+        if self.count == 0 {
+            return Err(GraspError::InvalidSetting {
+                field: "n (the number of grasps)",
+                value: 0.0,
+                wanted: "at least 1",
+            });
+        }
+        Ok(())
+    }
+}
+
+/// One pose along an optimisation.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TrajectoryPoint {
+    /// The step about to be taken.
+    pub step: usize,
+    /// The pose then.
+    pub pose: HandPose,
+    /// The losses then.
+    pub losses: Losses,
+}
+
+/// One grasp of a run.
+#[derive(Clone, Debug)]
+pub struct Grasp {
+    /// What goes to disk.
+    pub record: GraspRecord,
+    /// The pose in full.
+    pub pose: HandPose,
+    /// The optimisation, if it was to be kept.
+    pub trajectory: Vec<TrajectoryPoint>,
+}
+
+/// What a run tells while it goes on; called from many threads.
+pub trait RunObserver: Sync {
+    /// Start `index` is about to take step `step`.
+    fn step(&self, index: usize, step: usize);
+    /// A grasp has been made and judged (its rank is not known yet).
+    fn finished(&self, record: &GraspRecord);
+}
+
+/// Says nothing.
+impl RunObserver for () {
+    fn step(&self, _index: usize, _step: usize) {}
+    fn finished(&self, _record: &GraspRecord) {}
+}
+
+/// The start of number `index`: a pure function of (seed, object, hand, index).
+///
+/// A start that already touches the object is drawn again, as the released code does.
+pub fn draw_start(
+    object: &GraspObject,
+    hand: &dyn Hand,
+    settings: &SynthesisSettings,
+    seed: u64,
+    index: usize,
+) -> HandPose {
+    let mut rng = start_rng(seed, &object.source.name, hand.name(), index);
+    let simulation = settings.simulation();
+    let mut scene = Scene::<f64>::new(hand, &object.simulated, &simulation);
+    let mut pose = initial_pose(hand, &object.surface, settings.standoff, &mut rng);
+    for _ in 0..MOST_REDRAWS {
+        scene.place(&pose);
+        if scene.closest_distance() > 0.0 {
+            break;
+        }
+        pose = initial_pose(hand, &object.surface, settings.standoff, &mut rng);
+    }
+    pose
+}
+
+/// Synthesises, judges and ranks `run.count` grasps in parallel, on rayon's current thread pool.
+///
+/// The result is the same, timings apart, for any number of threads. It is sorted by rank.
+///
+/// # Errors
+/// If a setting is out of range, or no start is asked for.
+pub fn synthesize_grasps(
+    object: &GraspObject,
+    hand: &dyn Hand,
+    settings: &SynthesisSettings,
+    run: &RunSettings,
+    observer: &dyn RunObserver,
+) -> Result<Vec<Grasp>, GraspError> {
+    settings.validate()?;
+    run.validate()?;
+    let judged = ObjectUnderTest::new(&object.source.mesh)?;
+    let mut grasps = (0..run.count)
+        .into_par_iter()
+        .map(|index| one_grasp(object, &judged, hand, settings, run, index, observer))
+        .collect::<Result<Vec<_>, _>>()?;
+
+    let mut records: Vec<_> = grasps.iter().map(|grasp| grasp.record.clone()).collect();
+    rank_by_displacement(&mut records);
+    for record in records {
+        // Before sorting, grasps stand by index.
+        let index = record.index;
+        grasps[index].record = record;
+    }
+    grasps.sort_by_key(|grasp| grasp.record.rank);
+    Ok(grasps)
+}
+
+fn one_grasp(
+    object: &GraspObject,
+    judged: &ObjectUnderTest,
+    hand: &dyn Hand,
+    settings: &SynthesisSettings,
+    run: &RunSettings,
+    index: usize,
+    observer: &dyn RunObserver,
+) -> Result<Grasp, GraspError> {
+    let started = Instant::now();
+    let start = draw_start(object, hand, settings, run.seed, index);
+    let mut trajectory = Vec::new();
+    let mut observe = |step: usize, pose: &HandPose, losses: &Losses| {
+        observer.step(index, step);
+        if run.trajectory_every.is_some_and(|every| step.is_multiple_of(every.max(1))) {
+            trajectory.push(TrajectoryPoint {
+                step,
+                pose: pose.clone(),
+                losses: *losses,
+            });
+        }
+    };
+    let synthesis =
+        synthesize::<f32>(hand, &object.simulated, start, settings, &mut observe)?;
+    let synthesis_seconds = started.elapsed().as_secs_f64();
+
+    let started = Instant::now();
+    let metrics = evaluate(judged, &hand.surface(&synthesis.pose), &run.evaluation)?;
+    let seconds = Seconds {
+        synthesis: synthesis_seconds,
+        evaluation: started.elapsed().as_secs_f64(),
+    };
+    let mut record = record_of(object, hand, settings, &synthesis, index);
+    record.seed = Some(run.seed);
+    record.metrics = Some(metrics);
+    record.seconds = Some(seconds);
+    observer.finished(&record);
+    Ok(Grasp {
+        record,
+        pose: synthesis.pose,
+        trajectory,
+    })
+}
+
+fn record_of(
+    object: &GraspObject,
+    hand: &dyn Hand,
+    settings: &SynthesisSettings,
+    synthesis: &Synthesis,
+    index: usize,
+) -> GraspRecord {
+    let names = hand.articulation_names();
+    let (pose, losses) = (&synthesis.pose, &synthesis.losses);
+    let palm_normal = pose.rotation.to_matrix().apply(hand.palm().normal.into());
+    let retreated = HandPose {
+        translation: pose.translation - palm_normal * PRE_GRASP_RETREAT,
+        ..pose.clone()
+    };
+    GraspRecord {
+        schema: SCHEMA.into(),
+        object: object.source.name.clone(),
+        object_path: object
+            .source
+            .path
+            .as_ref()
+            .map(|path| path.to_string_lossy().into_owned()),
+        object_scale: object.source.scale,
+        hand: hand.name().into(),
+        seed: None,
+        index,
+        pose: RecordedPose::from(pose),
+        joints_rad: Some(named_joints(names, &pose.articulation)),
+        mano: None,
+        pre_grasp: Some(PreGrasp {
+            pose: RecordedPose::from(&retreated),
+            joints_rad: named_joints(names, hand.open_articulation()),
+        }),
+        metrics: None,
+        optimizer: Some(OptimizerRecord {
+            preset: settings.preset.clone(),
+            steps: synthesis.steps,
+            l_phys: losses.physics,
+            l_task: losses.task,
+            l_range: losses.range,
+            l_limit: losses.limit,
+            l_inter: losses.intersection,
+            task_satisfied: synthesis.task_satisfied,
+        }),
+        rank: None,
+        seconds: None,
+    }
+}

@@ -1,0 +1,274 @@
+//! The optimisation of one grasp: a force step and a pose step, over and over.
+
+use graspd_geom::Quaternion;
+use graspd_hand::{Hand, HandPose, Kinematics, Limit, PoseGradient, clamp_to_limits};
+use graspd_opt::{Constraint, Optimizer, ParameterGroup, Schedule};
+use graspd_sim::{
+    ContactParams, Precision, Scene, SimulatedObject, SimulationParams, limit_loss_gradient, range_loss_gradient,
+};
+
+use crate::GraspError;
+use crate::preset::SynthesisSettings;
+
+/// The losses at one step.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Losses {
+    /// L_phys \[N^2\].
+    pub physics: f64,
+    /// L_task of the target wrenches.
+    pub task: f64,
+    /// L_range \[rad^2\].
+    pub range: f64,
+    /// L_limit \[rad^2\].
+    pub limit: f64,
+    /// L_inter \[m^2\].
+    pub intersection: f64,
+}
+
+/// Where an optimisation ended.
+#[derive(Clone, Debug)]
+pub struct Synthesis {
+    /// The grasp, its joints within their limits.
+    pub pose: HandPose,
+    /// The losses before the last step.
+    pub losses: Losses,
+    /// Whether the task constraint held then.
+    pub task_satisfied: bool,
+    /// Steps taken.
+    pub steps: usize,
+}
+
+/// Optimises one grasp from a start. `observe` sees the step's number, the pose and the losses before each step moves
+/// them.
+///
+/// `E` is the precision of the contact evaluation: `f32` for speed, `f64` as the reference.
+///
+/// # Errors
+/// If a setting is out of range.
+///
+/// # Source
+/// Grasp'D (ECCV 2022), section 3 and supplementary A.2, A.5, A.7.
+pub fn synthesize<E: Precision>(
+    hand: &dyn Hand,
+    object: &SimulatedObject,
+    start: HandPose,
+    settings: &SynthesisSettings,
+    observe: &mut dyn FnMut(usize, &HandPose, &Losses),
+) -> Result<Synthesis, GraspError>
+where
+    for<'h> dyn Hand + 'h: Kinematics<E>,
+{
+    settings.validate()?;
+    let simulation = settings.simulation();
+    let mut state = Optimization::<E>::new(hand, object, &simulation, start, settings)?;
+    let smoothing = state.smoothing_schedule()?;
+    let softness = settings.softness()?;
+    for step in 0..settings.steps {
+        state.scene.set_smoothing(smoothing.value(step));
+        state.contact = contact_at(&simulation.contact, softness.value(step));
+        state.scene.set_contact(state.contact);
+        state.scene.place(&state.pose);
+        state.force_step();
+        state.pose_gradient();
+        observe(step, &state.pose, &state.losses);
+        state.pose_step(step);
+    }
+    Ok(state.finish())
+}
+
+/// The contact law with both stiffnesses divided by `softness`.
+fn contact_at(contact: &ContactParams, softness: f64) -> ContactParams {
+    ContactParams {
+        normal_stiffness: contact.normal_stiffness / softness,
+        friction_stiffness: contact.friction_stiffness / softness,
+        ..*contact
+    }
+}
+
+/// The constraint value < limit in units of the limit, so that one damping and one rate suit constraints of any unit.
+struct RelativeConstraint {
+    limit: f64,
+    constraint: Constraint,
+}
+
+impl RelativeConstraint {
+    fn new(limit: f64, damping: f64) -> Self {
+        Self {
+            limit,
+            constraint: Constraint::less_than(1.0).with_damping(damping),
+        }
+    }
+    /// d Lagrangian / d value.
+    fn weight(&self, value: f64) -> f64 {
+        self.constraint.weight(value / self.limit) / self.limit
+    }
+    fn ascend(&mut self, rate: f64, value: f64) {
+        self.constraint.ascend(rate, value / self.limit);
+    }
+}
+
+/// Everything that changes while one grasp is optimised.
+struct Optimization<'a, E: Precision> {
+    settings: &'a SynthesisSettings,
+    limits: Option<&'a [Limit]>,
+    scene: Scene<'a, E>,
+    contact: ContactParams,
+    pose: HandPose,
+    losses: Losses,
+    decay: Schedule,
+
+    /// f_hat, the target wrench of each contact for each velocity, and its optimiser.
+    targets: Vec<E>,
+    target_gradient: Vec<E>,
+    force_optimizer: Box<dyn Optimizer<E>>,
+    task: RelativeConstraint,
+
+    gradient: PoseGradient,
+    /// Translation, rotation vector, articulation.
+    flat_gradient: Vec<f64>,
+    flat_update: Vec<f64>,
+    groups: [ParameterGroup; 3],
+    pose_optimizer: Box<dyn Optimizer<f64>>,
+    limit: RelativeConstraint,
+}
+
+impl<'a, E: Precision> Optimization<'a, E>
+where
+    for<'h> dyn Hand + 'h: Kinematics<E>,
+{
+    fn new(
+        hand: &'a dyn Hand,
+        object: &'a SimulatedObject,
+        simulation: &'a SimulationParams,
+        start: HandPose,
+        settings: &'a SynthesisSettings,
+    ) -> Result<Self, GraspError> {
+        let scene = Scene::<E>::new(hand, object, simulation);
+        let wrenches = scene.wrench_len();
+        let articulation = start.articulation.len();
+        let pose_len = 6 + articulation;
+        let group = |range, rate| ParameterGroup { range, rate };
+        Ok(Self {
+            settings,
+            limits: hand.limits(),
+            scene,
+            contact: simulation.contact,
+            pose: start,
+            losses: Losses::default(),
+            decay: settings.rate_decay()?,
+            targets: vec![E::zero(); wrenches],
+            target_gradient: vec![E::zero(); wrenches],
+            force_optimizer: settings.force_optimizer().build(wrenches)?,
+            task: RelativeConstraint::new(settings.task_limit, settings.damping),
+            gradient: PoseGradient::zero(articulation),
+            flat_gradient: vec![0.0; pose_len],
+            flat_update: vec![0.0; pose_len],
+            groups: [
+                group(0..3, settings.translation_rate),
+                group(3..6, settings.rotation_rate),
+                group(6..pose_len, settings.articulation_rate),
+            ],
+            pose_optimizer: settings.pose_optimizer().build(pose_len)?,
+            limit: RelativeConstraint::new(settings.joint_limit, settings.damping),
+        })
+    }
+
+    /// The dilation radius: from the closest hand-object distance less the margin, linearly to 0.
+    fn smoothing_schedule(&mut self) -> Result<Schedule, GraspError> {
+        if self.settings.smoothing_steps == 0 {
+            return Ok(Schedule::constant(0.0)?);
+        }
+        self.scene.place(&self.pose);
+        let radius = (self.scene.closest_distance() - self.settings.smoothing_margin).max(0.0);
+        Ok(Schedule::linear(radius, 0.0, 0, self.settings.smoothing_steps)?)
+    }
+
+    /// Moves the target wrenches: minimises `relaxation_weight` L_phys subject to L_task < C_task, the pose fixed.
+    fn force_step(&mut self) {
+        self.scene.contact_wrenches();
+        self.losses.task = self.scene.task(&self.targets).loss;
+        self.scene.target_gradient(
+            &self.targets,
+            self.settings.relaxation_weight,
+            self.task.weight(self.losses.task),
+            &mut self.target_gradient,
+        );
+        let rate = self.settings.force_rate;
+        self.force_optimizer
+            .step(rate, &mut self.targets, &self.target_gradient);
+        self.task.ascend(self.settings.force_rate, self.losses.task);
+    }
+
+    /// The gradient of L_phys + L_range + L_inter and of the joint limit constraint by the pose, the targets fixed.
+    fn pose_gradient(&mut self) {
+        self.losses.physics = self.scene.physics_loss(&self.targets);
+        let stiffness = self.contact.normal_stiffness;
+        self.losses.intersection = self
+            .scene
+            .intersection_loss(self.settings.intersection_weight * stiffness * stiffness);
+        self.scene.pull_back(&self.pose, &mut self.gradient);
+        if let Some(limits) = self.limits {
+            let articulation = &self.pose.articulation;
+            let gradient = &mut self.gradient.articulation;
+            let range_weight = self.settings.range_weight;
+            self.losses.range = range_loss_gradient(articulation, limits, range_weight, gradient);
+            let violation = graspd_sim::limit_loss(articulation, limits);
+            let weight = self.limit.weight(violation);
+            self.losses.limit = limit_loss_gradient(articulation, limits, weight, gradient);
+        }
+    }
+
+    /// Moves the pose against its gradient, the rotation on its manifold.
+    fn pose_step(&mut self, step: usize) {
+        let gradient = &self.gradient;
+        let base = [gradient.translation, gradient.rotation];
+        for (slot, v) in self.flat_gradient.chunks_exact_mut(3).zip(base) {
+            slot.copy_from_slice(&[v.x, v.y, v.z]);
+        }
+        self.flat_gradient[6..].copy_from_slice(&gradient.articulation);
+
+        let decay = self.decay.value(step);
+        let settings = self.settings;
+        let rates = [
+            settings.translation_rate,
+            settings.rotation_rate,
+            settings.articulation_rate,
+        ];
+        for (group, rate) in self.groups.iter_mut().zip(rates) {
+            group.rate = rate * decay;
+        }
+        self.pose_optimizer
+            .update_groups(&self.groups, &self.flat_gradient, &mut self.flat_update);
+
+        let update = &self.flat_update;
+        let vector = |first: usize| [update[first], update[first + 1], update[first + 2]].into();
+        self.pose.translation += vector(0);
+        let turn = Quaternion::exp(vector(3));
+        self.pose.rotation = turn.compose(self.pose.rotation).normalize();
+        for (value, change) in self.pose.articulation.iter_mut().zip(&update[6..]) {
+            *value += change;
+        }
+        self.limit
+            .ascend(settings.articulation_rate, self.losses.limit);
+        if settings.clamp_joints {
+            self.clamp_joints();
+        }
+    }
+
+    fn clamp_joints(&mut self) {
+        if let Some(limits) = self.limits {
+            clamp_to_limits(&mut self.pose.articulation, limits);
+        }
+    }
+
+    /// The result, with the joints put back into their limits.
+    fn finish(mut self) -> Synthesis {
+        self.clamp_joints();
+        Synthesis {
+            task_satisfied: self.losses.task < self.settings.task_limit,
+            pose: self.pose,
+            losses: self.losses,
+            steps: self.settings.steps,
+        }
+    }
+}
