@@ -3,8 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use graspd_geom::{
-    MassProperties, SdfGrid, SignedDistance, SurfaceSampler, TriangleMesh, builtin_object,
-    closed_surface, load_mesh,
+    MassProperties, SdfGrid, SignedDistance, TriangleMesh, builtin_object, closed_surface, load_mesh,
 };
 use graspd_sim::SimulatedObject;
 
@@ -84,8 +83,6 @@ pub struct GraspObject {
     pub distance: SignedDistance,
     /// What the simulation sees.
     pub simulated: SimulatedObject,
-    /// Draws points of its surface.
-    pub surface: SurfaceSampler,
 }
 
 impl GraspObject {
@@ -104,13 +101,11 @@ impl GraspObject {
         let distance = SignedDistance::new(&source.mesh)?;
         let sdf = SdfGrid::build(&distance, resolution, PAPER_PADDING, progress)?;
         let mass = MassProperties::new(&source.mesh, density, &source.label())?;
-        let surface = SurfaceSampler::new(&source.mesh)?;
         let simulated = SimulatedObject::new(sdf, mass.mass, mass.center_of_mass, mass.inertia)?;
         Ok(Self {
             source,
             distance,
             simulated,
-            surface,
         })
     }
 }

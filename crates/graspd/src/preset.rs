@@ -38,6 +38,8 @@ pub struct SynthesisSettings {
     pub decay_start: usize,
     /// What the pose rates have decayed to at the last step, as a fraction; 1 for no decay.
     pub decay_factor: f64,
+    /// The same for the rate of the target wrenches.
+    pub force_decay_factor: f64,
 
     /// Weight of L_phys in the force step; released code: 1e-2.
     pub relaxation_weight: f64,
@@ -87,6 +89,7 @@ impl Default for SynthesisSettings {
             preset: "default".into(),
             decay_start: 3500,
             decay_factor: 0.003,
+            force_decay_factor: 0.01,
             clamp_joints: true,
             normal_stiffness: 1e5,
             friction_stiffness: 1e7,
@@ -117,6 +120,7 @@ impl SynthesisSettings {
             warmup_steps: 0,
             decay_start: 7000,
             decay_factor: 1.0,
+            force_decay_factor: 1.0,
             relaxation_weight: 1e-2,
             range_weight: 1.0,
             intersection_weight: 1.0,
@@ -180,6 +184,7 @@ impl SynthesisSettings {
             ("rotation_rate", self.rotation_rate),
             ("articulation_rate", self.articulation_rate),
             ("decay_factor", self.decay_factor),
+            ("force_decay_factor", self.force_decay_factor),
             ("task_limit", self.task_limit),
             ("joint_limit", self.joint_limit),
             ("density", self.density),
@@ -255,12 +260,21 @@ impl SynthesisSettings {
     }
 
     /// The factor on the pose rates at each step.
-    pub(crate) fn rate_decay(&self) -> Result<Schedule, GraspError> {
+    pub(crate) fn pose_decay(&self) -> Result<Schedule, GraspError> {
         let rate = Schedule::constant(1.0)?.with_warm_up(self.warmup_steps.max(1))?;
-        if self.decay_factor >= 1.0 || self.decay_start >= self.steps {
+        self.decaying(rate, self.decay_factor)
+    }
+
+    /// The factor on the rate of the target wrenches at each step.
+    pub(crate) fn force_decay(&self) -> Result<Schedule, GraspError> {
+        self.decaying(Schedule::constant(1.0)?, self.force_decay_factor)
+    }
+
+    fn decaying(&self, rate: Schedule, factor: f64) -> Result<Schedule, GraspError> {
+        if factor >= 1.0 || self.decay_start >= self.steps {
             return Ok(rate);
         }
-        Ok(rate.with_exponential_decay(self.decay_start, self.steps, self.decay_factor)?)
+        Ok(rate.with_exponential_decay(self.decay_start, self.steps, factor)?)
     }
 
     pub(crate) fn pose_optimizer(&self) -> OptimizerKind {

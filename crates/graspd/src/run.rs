@@ -3,6 +3,7 @@
 use std::time::Instant;
 
 use graspd_eval::{EvaluationSettings, ObjectUnderTest, evaluate};
+use graspd_geom::{GeometryError, SurfaceSampler};
 use graspd_hand::{Hand, HandPose};
 use graspd_sim::Scene;
 use rayon::prelude::*;
@@ -91,25 +92,32 @@ impl RunObserver for () {
 /// The start of number `index`: a pure function of (seed, object, hand, index).
 ///
 /// A start that already touches the object is drawn again, as the released code does.
+///
+/// # Errors
+/// If the object's mesh has no area.
 pub fn draw_start(
     object: &GraspObject,
     hand: &dyn Hand,
     settings: &SynthesisSettings,
     seed: u64,
     index: usize,
-) -> HandPose {
+) -> Result<HandPose, GraspError> {
+    let surface =
+        SurfaceSampler::new(&object.source.mesh).ok_or_else(|| GeometryError::NoVolume {
+            name: object.source.label(),
+        })?;
     let mut rng = start_rng(seed, &object.source.name, hand.name(), index);
     let simulation = settings.simulation();
     let mut scene = Scene::<f64>::new(hand, &object.simulated, &simulation);
-    let mut pose = initial_pose(hand, &object.surface, settings.standoff, &mut rng);
+    let mut pose = initial_pose(hand, &surface, settings.standoff, &mut rng);
     for _ in 0..MOST_REDRAWS {
         scene.place(&pose);
         if scene.closest_distance() > 0.0 {
             break;
         }
-        pose = initial_pose(hand, &object.surface, settings.standoff, &mut rng);
+        pose = initial_pose(hand, &surface, settings.standoff, &mut rng);
     }
-    pose
+    Ok(pose)
 }
 
 /// Synthesises, judges and ranks `run.count` grasps in parallel, on rayon's current thread pool.
@@ -154,7 +162,7 @@ fn one_grasp(
     observer: &dyn RunObserver,
 ) -> Result<Grasp, GraspError> {
     let started = Instant::now();
-    let start = draw_start(object, hand, settings, run.seed, index);
+    let start = draw_start(object, hand, settings, run.seed, index)?;
     let mut trajectory = Vec::new();
     let mut observe = |step: usize, pose: &HandPose, losses: &Losses| {
         observer.step(index, step);

@@ -35,7 +35,7 @@ pub fn start_rng(seed: u64, object: &str, hand: &str, index: usize) -> ChaCha8Rn
 /// Grasp'D (ECCV 2022), supplementary A.2.
 pub fn initial_pose(
     hand: &dyn Hand,
-    surface: &SurfaceSampler,
+    surface: &SurfaceSampler<'_>,
     standoff: f64,
     rng: &mut impl Rng,
 ) -> HandPose {

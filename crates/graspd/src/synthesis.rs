@@ -68,7 +68,7 @@ where
         state.contact = contact_at(&simulation.contact, softness.value(step));
         state.scene.set_contact(state.contact);
         state.scene.place(&state.pose);
-        state.force_step();
+        state.force_step(step);
         state.pose_gradient();
         observe(step, &state.pose, &state.losses);
         state.pose_step(step);
@@ -115,7 +115,8 @@ struct Optimization<'a, E: Precision> {
     contact: ContactParams,
     pose: HandPose,
     losses: Losses,
-    decay: Schedule,
+    pose_decay: Schedule,
+    force_decay: Schedule,
 
     /// f_hat, the target wrench of each contact for each velocity, and its optimiser.
     targets: Vec<E>,
@@ -155,7 +156,8 @@ where
             contact: simulation.contact,
             pose: start,
             losses: Losses::default(),
-            decay: settings.rate_decay()?,
+            pose_decay: settings.pose_decay()?,
+            force_decay: settings.force_decay()?,
             targets: vec![E::zero(); wrenches],
             target_gradient: vec![E::zero(); wrenches],
             force_optimizer: settings.force_optimizer().build(wrenches)?,
@@ -184,7 +186,7 @@ where
     }
 
     /// Moves the target wrenches: minimises `relaxation_weight` L_phys subject to L_task < C_task, the pose fixed.
-    fn force_step(&mut self) {
+    fn force_step(&mut self, step: usize) {
         self.scene.contact_wrenches();
         self.losses.task = self.scene.task(&self.targets).loss;
         self.scene.target_gradient(
@@ -193,7 +195,7 @@ where
             self.task.weight(self.losses.task),
             &mut self.target_gradient,
         );
-        let rate = self.settings.force_rate;
+        let rate = self.settings.force_rate * self.force_decay.value(step);
         self.force_optimizer
             .step(rate, &mut self.targets, &self.target_gradient);
         self.task.ascend(self.settings.force_rate, self.losses.task);
@@ -227,7 +229,7 @@ where
         }
         self.flat_gradient[6..].copy_from_slice(&gradient.articulation);
 
-        let decay = self.decay.value(step);
+        let decay = self.pose_decay.value(step);
         let settings = self.settings;
         let rates = [
             settings.translation_rate,
