@@ -77,7 +77,9 @@ impl Progress {
                 state,
             } => {
                 // A thread that panicked while printing leaves the count usable.
-                let mut state = state.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
+                let mut state = state
+                    .lock()
+                    .unwrap_or_else(|poisoned| poisoned.into_inner());
                 state.position = next(state.position);
                 if state.last.elapsed() >= LINE_INTERVAL {
                     state.last = Instant::now();

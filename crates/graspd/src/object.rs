@@ -3,7 +3,8 @@
 use std::path::{Path, PathBuf};
 
 use graspd_geom::{
-    MassProperties, SdfGrid, SignedDistance, TriangleMesh, builtin_object, closed_surface, load_mesh,
+    MassProperties, SdfGrid, SignedDistance, TriangleMesh, builtin_object, closed_surface,
+    load_mesh,
 };
 use graspd_sim::SimulatedObject;
 
@@ -51,9 +52,10 @@ impl NamedMesh {
         let path = Path::new(name_or_path);
         let mesh = closed_surface(&load_mesh(path)?, name_or_path)?;
         Ok(Self {
-            name: path
-                .file_stem()
-                .map_or_else(|| name_or_path.into(), |stem| stem.to_string_lossy().into_owned()),
+            name: path.file_stem().map_or_else(
+                || name_or_path.into(),
+                |stem| stem.to_string_lossy().into_owned(),
+            ),
             path: Some(path.to_owned()),
             scale,
             mesh: mesh.scaled(scale),

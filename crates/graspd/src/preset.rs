@@ -158,7 +158,8 @@ impl SynthesisSettings {
 
     /// The same schedule stretched or squeezed to `steps` steps.
     pub fn with_steps(mut self, steps: usize) -> Self {
-        let scale = |value: usize| (value as f64 * steps as f64 / self.steps as f64).round() as usize;
+        let scale =
+            |value: usize| (value as f64 * steps as f64 / self.steps as f64).round() as usize;
         self.stiffening_start = scale(self.stiffening_start);
         self.stiffening_end = scale(self.stiffening_end);
         let (smoothing, warmup, decay) = (

@@ -141,11 +141,20 @@ impl GraspRecord {
             ));
         }
         // A unit quaternion stays as it is, bit for bit: records are read back exactly.
-        let rotation = Quaternion { w, x: i, y: j, z: k };
+        let rotation = Quaternion {
+            w,
+            x: i,
+            y: j,
+            z: k,
+        };
         let is_unit = (norm - 1.0).abs() < 1e-9;
         Ok(HandPose {
             translation: Vec3::new(x, y, z),
-            rotation: if is_unit { rotation } else { rotation.normalize() },
+            rotation: if is_unit {
+                rotation
+            } else {
+                rotation.normalize()
+            },
             articulation,
         })
     }

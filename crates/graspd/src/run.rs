@@ -166,7 +166,10 @@ fn one_grasp(
     let mut trajectory = Vec::new();
     let mut observe = |step: usize, pose: &HandPose, losses: &Losses| {
         observer.step(index, step);
-        if run.trajectory_every.is_some_and(|every| step.is_multiple_of(every.max(1))) {
+        if run
+            .trajectory_every
+            .is_some_and(|every| step.is_multiple_of(every.max(1)))
+        {
             trajectory.push(TrajectoryPoint {
                 step,
                 pose: pose.clone(),
@@ -174,8 +177,7 @@ fn one_grasp(
             });
         }
     };
-    let synthesis =
-        synthesize::<f32>(hand, &object.simulated, start, settings, &mut observe)?;
+    let synthesis = synthesize::<f32>(hand, &object.simulated, start, settings, &mut observe)?;
     let synthesis_seconds = started.elapsed().as_secs_f64();
 
     let started = Instant::now();

@@ -63,7 +63,10 @@ impl Summary {
         let first = records.first();
         let name = |pick: fn(&GraspRecord) -> &String| first.map(pick).cloned().unwrap_or_default();
         let seconds = |pick: fn(&crate::Seconds) -> f64| {
-            mean(Box::new(records.iter().filter_map(|r| r.seconds.as_ref().map(pick)))).unwrap_or(0.0)
+            mean(Box::new(
+                records.iter().filter_map(|r| r.seconds.as_ref().map(pick)),
+            ))
+            .unwrap_or(0.0)
         };
         let best = |count: usize| aggregate(&records[..count.min(records.len())], mean);
         Self {

@@ -4,7 +4,8 @@ use graspd_geom::Quaternion;
 use graspd_hand::{Hand, HandPose, Kinematics, Limit, PoseGradient, clamp_to_limits};
 use graspd_opt::{Constraint, Optimizer, ParameterGroup, Schedule};
 use graspd_sim::{
-    ContactParams, Precision, Scene, SimulatedObject, SimulationParams, limit_loss_gradient, range_loss_gradient,
+    ContactParams, Precision, Scene, SimulatedObject, SimulationParams, limit_loss_gradient,
+    range_loss_gradient,
 };
 
 use crate::GraspError;
@@ -182,7 +183,12 @@ where
         }
         self.scene.place(&self.pose);
         let radius = (self.scene.closest_distance() - self.settings.smoothing_margin).max(0.0);
-        Ok(Schedule::linear(radius, 0.0, 0, self.settings.smoothing_steps)?)
+        Ok(Schedule::linear(
+            radius,
+            0.0,
+            0,
+            self.settings.smoothing_steps,
+        )?)
     }
 
     /// Moves the target wrenches: minimises `relaxation_weight` L_phys subject to L_task < C_task, the pose fixed.

@@ -1,14 +1,12 @@
 //! `graspd eval`: judges grasps already made.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail};
 use clap::Args;
-use graspd::{
-    GraspRecord, NamedMesh, Summary, rank_by_displacement, read_records, write_records,
-};
+use graspd::{GraspRecord, NamedMesh, Summary, rank_by_displacement, read_records, write_records};
 use graspd_eval::{EvaluationSettings, ObjectUnderTest, evaluate};
-use graspd_hand::load_hand;
+use graspd_hand::{HandOptions, load_hand};
 use rayon::prelude::*;
 
 use super::input::{load_object, on_threads};
@@ -28,9 +26,9 @@ pub(crate) struct Arguments {
     /// The hand, where the records do not name a built-in one
     #[arg(long)]
     hand: Option<String>,
-    /// Only these metrics, separated by commas: ca, iv, depth, epsilon, volume, sd (all by default)
-    #[arg(long, value_delimiter = ',', value_name = "LIST")]
-    metrics: Vec<String>,
+    /// Only these metrics, separated by commas: ca, iv, pd (penetration depth), gws (epsilon and volume), sd, sd6
+    #[arg(long, default_value = "all", value_name = "LIST")]
+    metrics: graspd_eval::Metrics,
     /// Write the records with their metrics to this file
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
@@ -57,28 +55,30 @@ fn judge(arguments: &Arguments) -> Result<()> {
     };
     let mut records = read_records(&file)?;
     let source = object_of(arguments, &records)?;
-    let hand_name = match &arguments.hand {
-        Some(hand) => hand.clone(),
+    let hand_name = match arguments.hand.clone().or_else(|| recorded_hand(&file)) {
+        Some(hand) => hand,
         None => common(&records, "hand", |record| record.hand.clone())?,
     };
-    let hand = load_hand(&hand_name).with_context(|| {
+    let hand = load_hand(&hand_name, &HandOptions::default()).with_context(|| {
         format!("the records' hand is `{hand_name}`; name the file with --hand if it is a URDF")
     })?;
     let settings = EvaluationSettings {
-        metrics: graspd_eval::Metrics::from_names(&arguments.metrics)?,
+        metrics: arguments.metrics,
         ..EvaluationSettings::default()
     };
     let object = ObjectUnderTest::new(&source.mesh)?;
 
     let progress = Progress::start("evaluation", records.len() as u64, arguments.quiet);
-    records.par_iter_mut().try_for_each(|record| -> Result<()> {
-        let started = std::time::Instant::now();
-        let pose = record.hand_pose(hand.articulation_names())?;
-        record.metrics = Some(evaluate(&object, &hand.surface(&pose), &settings)?);
-        record.seconds.get_or_insert_default().evaluation = started.elapsed().as_secs_f64();
-        progress.advance(1);
-        Ok(())
-    })?;
+    records
+        .par_iter_mut()
+        .try_for_each(|record| -> Result<()> {
+            let started = std::time::Instant::now();
+            let pose = record.hand_pose(hand.articulation_names())?;
+            record.metrics = Some(evaluate(&object, &hand.surface(&pose), &settings)?);
+            record.seconds.get_or_insert_default().evaluation = started.elapsed().as_secs_f64();
+            progress.advance(1);
+            Ok(())
+        })?;
     progress.finish();
     rank_by_displacement(&mut records);
     let summary = Summary::of(&records);
@@ -98,7 +98,10 @@ fn object_of(arguments: &Arguments, records: &[GraspRecord]) -> Result<NamedMesh
     let name = match &arguments.object {
         Some(object) => object.clone(),
         None => common(records, "object", |record| {
-            record.object_path.clone().unwrap_or_else(|| record.object.clone())
+            record
+                .object_path
+                .clone()
+                .unwrap_or_else(|| record.object.clone())
         })?,
     };
     let scale = match arguments.scale {
@@ -108,8 +111,19 @@ fn object_of(arguments: &Arguments, records: &[GraspRecord]) -> Result<NamedMesh
     load_object(&name, scale, arguments.quiet)
 }
 
+/// The hand that `run.toml` beside the records names: a record has the hand's name, but not its file.
+fn recorded_hand(records: &Path) -> Option<String> {
+    let text = std::fs::read_to_string(records.with_file_name("run.toml")).ok()?;
+    let run: toml::Table = text.parse().ok()?;
+    run.get("hand")?.as_str().map(str::to_owned)
+}
+
 /// What all records agree on.
-fn common(records: &[GraspRecord], what: &str, of: impl Fn(&GraspRecord) -> String) -> Result<String> {
+fn common(
+    records: &[GraspRecord],
+    what: &str,
+    of: impl Fn(&GraspRecord) -> String,
+) -> Result<String> {
     let mut names = records.iter().map(of);
     let first = names.next().context("there are no grasps")?;
     if let Some(other) = names.find(|name| *name != first) {

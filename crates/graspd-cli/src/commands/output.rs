@@ -52,10 +52,17 @@ pub(crate) fn write_run(folder: &Path, run: &RunDescription<'_>) -> Result<()> {
 }
 
 /// Writes `grasps.jsonl` and `summary.json`.
-pub(crate) fn write_results(folder: &Path, records: &[GraspRecord], summary: &Summary) -> Result<()> {
+pub(crate) fn write_results(
+    folder: &Path,
+    records: &[GraspRecord],
+    summary: &Summary,
+) -> Result<()> {
     write_records(&folder.join("grasps.jsonl"), records)?;
     let text = serde_json::to_string_pretty(summary).context("summary.json")?;
-    Ok(write_atomically(&folder.join("summary.json"), text.as_bytes())?)
+    Ok(write_atomically(
+        &folder.join("summary.json"),
+        text.as_bytes(),
+    )?)
 }
 
 /// Writes the posed hands and the object as closed OBJ files in the object frame.
@@ -82,7 +89,12 @@ pub(crate) fn write_trajectories(folder: &Path, grasps: &[Grasp]) -> Result<()> 
     let path = folder.join("trajectory.npz");
     let rows: Vec<_> = grasps
         .iter()
-        .flat_map(|grasp| grasp.trajectory.iter().map(|point| (grasp.record.index, point)))
+        .flat_map(|grasp| {
+            grasp
+                .trajectory
+                .iter()
+                .map(|point| (grasp.record.index, point))
+        })
         .collect();
     let joints = rows.first().map_or(0, |(_, p)| p.pose.articulation.len());
     let matrix = |columns: usize, values: Vec<f64>| {
@@ -93,7 +105,13 @@ pub(crate) fn write_trajectories(folder: &Path, grasps: &[Grasp]) -> Result<()> 
     let translation = matrix(
         3,
         rows.iter()
-            .flat_map(|(_, p)| [p.pose.translation.x, p.pose.translation.y, p.pose.translation.z])
+            .flat_map(|(_, p)| {
+                [
+                    p.pose.translation.x,
+                    p.pose.translation.y,
+                    p.pose.translation.z,
+                ]
+            })
             .collect(),
     )?;
     let rotation = matrix(

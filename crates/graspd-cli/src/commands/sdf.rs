@@ -51,8 +51,7 @@ fn build(arguments: &Arguments) -> Result<()> {
     let started = Instant::now();
     let title = format!("signed distance, {}^3", arguments.resolution);
     let progress = Progress::start(&title, 1000, arguments.quiet);
-    let distance = SignedDistance::new(&object.mesh)
-        .with_context(|| arguments.object.clone())?;
+    let distance = SignedDistance::new(&object.mesh).with_context(|| arguments.object.clone())?;
     let grid = SdfGrid::build(
         &distance,
         arguments.resolution,
@@ -97,7 +96,10 @@ fn npz(grid: &SdfGrid) -> Result<Vec<u8>> {
     let mut npz = ndarray_npy::NpzWriter::new_compressed(&mut bytes);
     npz.add_array("sdf", &view)?;
     npz.add_array("origin", &ndarray::arr1(&[origin.x, origin.y, origin.z]))?;
-    npz.add_array("spacing", &ndarray::arr1(&[spacing.x, spacing.y, spacing.z]))?;
+    npz.add_array(
+        "spacing",
+        &ndarray::arr1(&[spacing.x, spacing.y, spacing.z]),
+    )?;
     npz.finish()?;
     Ok(bytes.into_inner())
 }
