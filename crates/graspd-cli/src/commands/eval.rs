@@ -6,7 +6,7 @@ use anyhow::{Context, Result, bail};
 use clap::Args;
 use graspd::{GraspRecord, NamedMesh, Summary, rank_by_displacement, read_records, write_records};
 use graspd_eval::{EvaluationSettings, ObjectUnderTest, evaluate};
-use graspd_hand::{HandOptions, load_hand};
+use graspd_hand::load_hand;
 use rayon::prelude::*;
 
 use super::input::{load_object, on_threads};
@@ -59,7 +59,7 @@ fn judge(arguments: &Arguments) -> Result<()> {
         Some(hand) => hand,
         None => common(&records, "hand", |record| record.hand.clone())?,
     };
-    let hand = load_hand(&hand_name, &HandOptions::default()).with_context(|| {
+    let hand = load_hand(&hand_name).with_context(|| {
         format!("the records' hand is `{hand_name}`; name the file with --hand if it is a URDF")
     })?;
     let settings = EvaluationSettings {

@@ -2,7 +2,7 @@
 
 use anyhow::Result;
 use clap::{Args, Subcommand};
-use graspd_hand::{BUILTIN_HANDS, Hand, HandOptions, load_hand};
+use graspd_hand::{BUILTIN_HANDS, Hand, load_hand};
 
 #[derive(Args)]
 pub(crate) struct Arguments {
@@ -27,10 +27,9 @@ enum HandsCommand {
 
 pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     match &arguments.command {
-        Some(HandsCommand::Inspect { hand, json }) => inspect(
-            load_hand(hand, &HandOptions::default())?.as_ref(),
-            *json || arguments.json,
-        ),
+        Some(HandsCommand::Inspect { hand, json }) => {
+            inspect(load_hand(hand)?.as_ref(), *json || arguments.json)
+        }
         None => list(arguments.json),
     }
 }

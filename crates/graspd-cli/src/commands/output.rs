@@ -75,10 +75,10 @@ pub(crate) fn write_meshes(
     let folder = folder.join("meshes");
     std::fs::create_dir_all(&folder)
         .with_context(|| format!("cannot write into {}", folder.display()))?;
-    save_obj(object, &folder.join("object.obj"))?;
+    save_obj(object, folder.join("object.obj"))?;
     for grasp in grasps {
         let name = format!("{:03}_hand.obj", grasp.record.index);
-        save_obj(&hand.surface(&grasp.pose), &folder.join(name))?;
+        save_obj(&hand.surface(&grasp.pose), folder.join(name))?;
     }
     Ok(())
 }

@@ -11,7 +11,7 @@ use graspd::{
     SynthesisSettings, synthesize_grasps,
 };
 use graspd_eval::EvaluationSettings;
-use graspd_hand::{Hand, HandOptions, load_hand};
+use graspd_hand::{Hand, load_hand};
 
 use super::input::{load_object, on_threads, prepare_object};
 use super::output::{
@@ -102,7 +102,7 @@ fn synthesize(arguments: &Arguments) -> Result<()> {
     };
     run.validate()?;
     prepare_folder(&arguments.output)?;
-    let hand = load_hand(&arguments.hand, &HandOptions::default())?;
+    let hand = load_hand(&arguments.hand)?;
     let source = load_object(&arguments.object, arguments.scale, quiet)?;
 
     let started = Instant::now();
