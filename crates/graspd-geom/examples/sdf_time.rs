@@ -1,11 +1,14 @@
-//! Times the construction of a signed distance grid: `sdf_time MESH.obj [RESOLUTION]`.
+//! Times the construction of a signed distance grid, exact queries and lookups: `sdf_time MESH.obj [RESOLUTION]`.
 //!
-//! Prints wall-clock seconds, CPU seconds and peak memory (the last two where /proc tells them).
+//! Prints wall-clock seconds, CPU seconds and peak memory (the last two where /proc tells them), and nanoseconds
+//! per query at points around the mesh.
 
 use std::time::Instant;
 
-use graspd_geom::{SdfGrid, SignedDistance, TriangleMesh};
+use graspd_ad::{Kernel, Real, vectorize};
+use graspd_geom::{SdfGrid, SignedDistance, Vec3, load_mesh};
 use nalgebra::Point3;
+use rand::{Rng, SeedableRng};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mut arguments = std::env::args().skip(1);
@@ -14,21 +17,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         .ok_or("usage: sdf_time MESH.obj [RESOLUTION]")?;
     let resolution = arguments.next().map_or(Ok(256), |word| word.parse())?;
 
-    let (models, _) = tobj::load_obj(&path, &tobj::LoadOptions::default())?;
-    let shape = &models.first().ok_or("no shape in the file")?.mesh;
-    let mesh = TriangleMesh {
-        vertices: shape
-            .positions
-            .chunks(3)
-            .map(|x| Point3::new(x[0], x[1], x[2]))
-            .collect(),
-        faces: shape
-            .indices
-            .chunks(3)
-            .map(|i| [i[0], i[1], i[2]])
-            .collect(),
-    };
-
+    let mesh = load_mesh(&path)?;
     let (start, cpu) = (Instant::now(), cpu_seconds());
     let surface = SignedDistance::new(&mesh)?;
     let prepared = start.elapsed();
@@ -43,7 +32,86 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         cpu_seconds() - cpu,
         peak_memory_mb(),
     );
+    time_queries(&surface, &grid);
     Ok(())
+}
+
+/// As many points as an Allegro hand has contacts, at random within the grid.
+fn time_queries(surface: &SignedDistance, grid: &SdfGrid) {
+    const POINTS: usize = 3000;
+    let (low, high) = grid.bounds();
+    let mut random = rand_chacha::ChaCha8Rng::seed_from_u64(1);
+    let points: Vec<Point3<f64>> = (0..POINTS)
+        .map(|_| low + (high - low).map(|extent| extent * random.random::<f64>()))
+        .collect();
+    let single = [0, 1, 2].map(|axis| points.iter().map(|p| p[axis] as f32).collect::<Vec<f32>>());
+
+    let time = |what: &str, repeats: usize, work: &dyn Fn() -> f64| {
+        let mut best = f64::INFINITY;
+        let mut sum = 0.0;
+        for _ in 0..repeats {
+            let start = Instant::now();
+            sum = work();
+            best = best.min(start.elapsed().as_secs_f64());
+        }
+        println!(
+            "{what}: {:.1} ns (best of {repeats}; sum {sum:.6})",
+            best * 1e9 / POINTS as f64
+        );
+    };
+    time("signed distance", 20, &|| {
+        points.iter().map(|p| surface.signed_distance(p)).sum()
+    });
+    time("signed distances, all at once", 20, &|| {
+        surface.signed_distances(&points).iter().sum()
+    });
+    time("closest point", 20, &|| {
+        points.iter().map(|p| surface.closest(p).distance).sum()
+    });
+    time("winding number", 20, &|| {
+        points
+            .iter()
+            .map(|p| f64::from(surface.winding_number(p)))
+            .sum()
+    });
+    time("lookup with gradient, double", 500, &|| {
+        let sum = |(d, g): (f64, Vec3<f64>)| d + g.x + g.y + g.z;
+        points
+            .iter()
+            .map(|&p| sum(grid.distance_and_gradient(p.into())))
+            .sum()
+    });
+    time("lookup with gradient, lanes", 500, &|| {
+        vectorize(Lookup {
+            grid,
+            points: &single,
+        })
+    });
+}
+
+struct Lookup<'a> {
+    grid: &'a SdfGrid,
+    points: &'a [Vec<f32>; 3],
+}
+
+impl Kernel for Lookup<'_> {
+    type Output = f64;
+
+    #[inline(always)]
+    fn run<L: Real<Element = f32>>(self) -> f64 {
+        let [x, y, z] = self.points;
+        let mut sum = L::zero();
+        for at in (0..x.len()).step_by(L::LANES) {
+            let p = Vec3::new(L::load(&x[at..]), L::load(&y[at..]), L::load(&z[at..]));
+            let (distance, gradient) = self.grid.distance_and_gradient(p);
+            sum = sum + distance + gradient.x + gradient.y + gradient.z;
+        }
+        let mut total = 0.0;
+        for lane in 0..L::LANES {
+            total += sum.lane(lane);
+        }
+        total
+    }
 }
 
 /// User and system time of this process, in ticks of 1/100 s.

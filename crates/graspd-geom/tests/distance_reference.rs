@@ -47,9 +47,16 @@ fn distances_and_signs_of_scans_equal_the_reference() {
         let distances: Array1<f64> = npz.by_name("signed_distance").unwrap();
         let windings: Array1<f64> = npz.by_name("winding_number").unwrap();
         assert_eq!(points.nrows(), 12000);
-        for at in 0..points.nrows() {
-            let p = Point3::new(points[[at, 0]], points[[at, 1]], points[[at, 2]]);
+        let points: Vec<Point3<f64>> = points
+            .rows()
+            .into_iter()
+            .map(|p| Point3::new(p[0], p[1], p[2]))
+            .collect();
+        let all_at_once = surface.signed_distances(&points);
+        for at in 0..points.len() {
+            let p = points[at];
             let distance = surface.signed_distance(&p);
+            assert_eq!(distance.to_bits(), all_at_once[at].to_bits());
             let error = (distance - distances[at]).abs();
             assert!(
                 error <= DISTANCE_TOLERANCE,

@@ -113,8 +113,11 @@ proptest! {
         all in tetrahedra(), points in proptest::collection::vec([-8..9_i64, -8..9_i64, -8..9_i64], 64),
     ) {
         let surface = SignedDistance::new(&to_mesh(&all)).unwrap();
-        for p in points {
-            let point = Point3::from(p.map(|x| x as f64 / 2.0));
+        let to_point = |p: &[i64; 3]| Point3::from(p.map(|x| x as f64 / 2.0));
+        let all_at_once = surface.signed_distances(&points.iter().map(to_point).collect::<Vec<_>>());
+        for (p, distance) in points.into_iter().zip(all_at_once) {
+            let point = to_point(&p);
+            prop_assert_eq!(distance.to_bits(), surface.signed_distance(&point).to_bits());
             if let Some(count) = holding(&all, p) {
                 prop_assert_eq!(surface.winding_number(&point), count, "{:?}", point);
             } else {

@@ -215,6 +215,12 @@ fn far_points_and_points_that_are_not_finite() {
             .signed_distance(&Point3::new(0.0, f64::NAN, 0.0))
             .is_nan()
     );
+    // Such points do not spoil the distances of others beside them.
+    let mixed = [0.0, f64::NAN, 0.3, 1e20, f64::INFINITY].map(|x| Point3::new(x, 0.0, 0.0));
+    let distances = surface.signed_distances(&mixed);
+    assert!((distances[0] + 0.1).abs() < ROUNDING && (distances[2] - 0.2).abs() < ROUNDING);
+    assert!(distances[1].is_nan() && distances[3] > 1e19 && !distances[4].is_finite());
+    assert!(surface.signed_distances(&[]).is_empty());
     assert!(
         !surface
             .signed_distance(&Point3::new(0.0, f64::INFINITY, 0.0))

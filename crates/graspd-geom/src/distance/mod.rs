@@ -1,14 +1,19 @@
 //! Exact distances to triangle meshes, and their sign.
 
+mod batch;
 mod boundary;
+mod eight_boxes;
 mod oriented_box;
 mod packet;
+mod search;
 mod signed;
 mod tree;
 mod triangle;
+mod wide_tree;
 mod winding;
 
-pub(crate) use packet::{PACKET, Packet};
+pub(crate) use eight_boxes::Slack;
+pub(crate) use packet::{PACKET, PacketSearch};
 pub use signed::SignedDistance;
 pub use tree::{ClosestPoint, TriangleTree};
 pub(crate) use winding::Column;

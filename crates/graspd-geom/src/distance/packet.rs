@@ -1,114 +1,152 @@
 //! Distances of eight points at a time.
 
 use graspd_ad::{Mask, Real};
-use nalgebra::Point3;
 
-use super::oriented_box::Slack;
-use super::tree::{STACK, TriangleTree};
+use super::eight_boxes::Slack;
+use super::tree::TriangleTree;
+use super::wide_tree::{Child, STACK};
 
 /// How many points a packet holds.
 pub(crate) const PACKET: usize = 8;
 
-/// Eight neighbouring points, and what is known of their distances.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Packet {
-    /// x, y and z of the points.
-    pub(crate) points: [[f64; PACKET]; 3],
-    /// Upper bounds of the distances that are known beforehand, or infinity.
-    pub(crate) bounds: [f64; PACKET],
-    /// The triangles that may well be nearest, in leaf order.
-    pub(crate) guesses: [usize; 2],
+/// The x, y and z of eight points.
+pub(crate) type Points = [[f64; PACKET]; 3];
+
+/// Finds the distances of packets of points, one after the other. What is found for one is a good guess for the
+/// next: the nearer the points of a packet are to each other and to those of the last, the faster.
+///
+/// To be used within a [`graspd_ad::Kernel`], with eight lanes.
+pub(crate) struct PacketSearch<'a, L> {
+    tree: &'a TriangleTree,
+    /// The first and the last point of the packet before, and their distances; infinite before the first packet.
+    known: [([f64; 3], f64); 2],
+    /// The triangles that are nearest to those, in leaf order.
+    nearest: [usize; 2],
+    /// What is yet to be looked at, and lower bounds of its squared distances.
+    children: [Child; STACK],
+    lower_bounds: [L; STACK],
 }
 
-/// Distances of eight points.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct PacketDistances {
-    pub(crate) squared: [f64; PACKET],
-    /// The triangles that are nearest to the first and the last point, in leaf order.
-    pub(crate) nearest: [usize; 2],
-}
+/// The lanes of the points of a packet by which the next one is guessed.
+const ENDS: [usize; 2] = [0, PACKET - 1];
 
-impl TriangleTree {
-    /// The distances of eight points; the nearer together they are, the faster.
-    ///
-    /// To be called within a [`graspd_ad::Kernel`], with eight lanes.
+impl<'a, L: Real<Element = f32>> PacketSearch<'a, L> {
     #[inline(always)]
-    pub(crate) fn packet_distances<L: Real<Element = f32>>(
-        &self,
-        packet: &Packet,
-        slack: Slack,
-    ) -> PacketDistances {
+    pub(crate) fn new(tree: &'a TriangleTree) -> Self {
         const { assert!(L::LANES == PACKET) };
-        let middle = self.middle();
+        Self {
+            tree,
+            known: [([0.0; 3], f64::INFINITY); 2],
+            nearest: [0; 2],
+            children: [Child::Node(0); STACK],
+            lower_bounds: [L::zero(); STACK],
+        }
+    }
+
+    /// The distances of eight points.
+    #[inline(always)]
+    pub(crate) fn distances(&mut self, points: &Points, slack: Slack) -> [f64; PACKET] {
+        let middle = self.tree.middle();
         let relative = [
-            L::from_lanes(|lane| packet.points[0][lane] - middle.x),
-            L::from_lanes(|lane| packet.points[1][lane] - middle.y),
-            L::from_lanes(|lane| packet.points[2][lane] - middle.z),
+            L::from_lanes(|lane| points[0][lane] - middle.x),
+            L::from_lanes(|lane| points[1][lane] - middle.y),
+            L::from_lanes(|lane| points[2][lane] - middle.z),
         ];
-        let bounds = L::from_lanes(|lane| packet.bounds[lane] * packet.bounds[lane]);
+        let bounds = self.bounds_squared(points);
+        let guesses = self.nearest;
         let mut best = [f64::INFINITY; PACKET];
-        let mut nearest = packet.guesses;
-        for guess in packet.guesses {
-            self.improve(packet, guess, &mut best, &mut nearest);
+        self.improve(points, guesses[0], &mut best);
+        if guesses[1] != guesses[0] {
+            self.improve(points, guesses[1], &mut best);
         }
         let mut widened = slack.widen(L::from_lanes(|lane| best[lane]).min(bounds));
-        let mut stack = [(0, L::zero()); STACK];
+        self.children[0] = Child::Node(0);
+        self.lower_bounds[0] = L::zero();
         let mut top = 1;
         while top > 0 {
             top -= 1;
-            let (index, lower_bound) = stack[top];
-            if !lower_bound.le(widened).any() {
+            if !self.lower_bounds[top].le(widened).any() {
                 continue;
             }
-            let node = &self.nodes[index];
-            if node.is_leaf() {
-                for at in node.triangles() {
-                    self.improve(packet, at, &mut best, &mut nearest);
+            match self.children[top] {
+                Child::Triangle(at) => {
+                    let at = at as usize;
+                    if at != guesses[0] && at != guesses[1] {
+                        self.improve(points, at, &mut best);
+                        widened = slack.widen(L::from_lanes(|lane| best[lane]).min(bounds));
+                    }
                 }
-                widened = slack.widen(L::from_lanes(|lane| best[lane]).min(bounds));
-                continue;
+                Child::Node(index) => top = self.push_children(index, relative, widened, top),
             }
-            let (left, right) = (index + 1, self.nodes[index + 1].end as usize);
-            let left_bound = self.boxes[left].distance_squared(relative);
-            let right_bound = self.boxes[right].distance_squared(relative);
-            let (near, far) = if right_bound.lane(0) < left_bound.lane(0) {
-                ((right, right_bound), (left, left_bound))
-            } else {
-                ((left, left_bound), (right, right_bound))
-            };
-            if far.1.le(widened).any() {
-                stack[top] = far;
-                top += 1;
-            }
-            if near.1.le(widened).any() {
-                stack[top] = near;
+        }
+        for end in 0..ENDS.len() {
+            let lane = ENDS[end];
+            let point = [points[0][lane], points[1][lane], points[2][lane]];
+            self.known[end] = (point, best[lane].sqrt());
+        }
+        let mut distances = best;
+        for lane in 0..PACKET {
+            distances[lane] = best[lane].sqrt();
+        }
+        distances
+    }
+
+    /// Pushes the children of a node that may hold what is nearest to one of the points, the one nearest to the
+    /// first point last; gives the new height of the stack.
+    #[inline(always)]
+    fn push_children(&mut self, index: u32, relative: [L; 3], widened: L, base: usize) -> usize {
+        let node = &self.tree.wide[index as usize];
+        let mut top = base;
+        let (mut least, mut least_at) = (f64::INFINITY, base);
+        for place in 0..node.count {
+            let lower_bound: L = node.boxes.distances_squared_to(place, relative);
+            if lower_bound.le(widened).any() {
+                self.children[top] = node.children[place];
+                self.lower_bounds[top] = lower_bound;
+                if lower_bound.lane(0) < least {
+                    (least, least_at) = (lower_bound.lane(0), top);
+                }
                 top += 1;
             }
         }
-        PacketDistances {
-            squared: best,
-            nearest,
+        if top > base {
+            self.children.swap(least_at, top - 1);
+            self.lower_bounds.swap(least_at, top - 1);
         }
+        top
+    }
+
+    /// Upper bounds from the packet before: |d(p)| <= |d(q)| + |p - q|.
+    #[inline(always)]
+    fn bounds_squared(&self, points: &Points) -> L {
+        let mut bounds = [0.0; PACKET];
+        for lane in 0..PACKET {
+            let mut bound = f64::INFINITY;
+            for (q, distance) in self.known {
+                let [x, y, z] = [
+                    points[0][lane] - q[0],
+                    points[1][lane] - q[1],
+                    points[2][lane] - q[2],
+                ];
+                bound = bound.min(distance + (x * x + y * y + z * z).sqrt());
+            }
+            bounds[lane] = bound * bound;
+        }
+        L::from_lanes(|lane| bounds[lane])
     }
 
     /// Takes the triangle number `at` into account.
     #[inline(always)]
-    fn improve(
-        &self,
-        packet: &Packet,
-        at: usize,
-        best: &mut [f64; PACKET],
-        nearest: &mut [usize; 2],
-    ) {
-        let triangle = &self.triangles[at];
+    fn improve(&mut self, points: &Points, at: usize, best: &mut [f64; PACKET]) {
+        let triangle = &self.tree.triangles[at];
         let mut squared = [0.0; PACKET];
-        let [x, y, z] = &packet.points;
+        let [x, y, z] = points;
         for lane in 0..PACKET {
             squared[lane] = triangle.distance_squared([x[lane], y[lane], z[lane]]);
         }
-        for (nearest, lane) in nearest.iter_mut().zip([0, PACKET - 1]) {
-            if squared[lane] < best[lane] {
-                *nearest = at;
+        for end in 0..ENDS.len() {
+            if squared[ENDS[end]] < best[ENDS[end]] {
+                self.nearest[end] = at;
             }
         }
         for lane in 0..PACKET {
@@ -118,11 +156,5 @@ impl TriangleTree {
                 best[lane]
             };
         }
-    }
-
-    /// The slack for packets within a box.
-    pub(crate) fn packet_slack(&self, low: &Point3<f64>, high: &Point3<f64>) -> Slack {
-        let middle = self.middle();
-        self.slack((low - middle).amax().max((high - middle).amax()))
     }
 }

@@ -62,7 +62,7 @@ impl SignedDistance {
 
     /// The distance from `p` to the surface, negative inside, 0 on it \[m\].
     pub fn signed_distance(&self, p: &Point3<f64>) -> f64 {
-        let distance = self.closest(p).distance;
+        let distance = self.tree.distance(p);
         if distance > 0.0 && self.is_inside(p) {
             -distance
         } else {

@@ -1,17 +1,15 @@
-//! A tree of bounding boxes over a mesh's triangles, for closest points.
+//! A tree over a mesh's triangles, for closest points.
 
 use nalgebra::{Point3, Vector3};
 use rayon::prelude::*;
 
 use super::boundary::check_finite;
-use super::oriented_box::{OrientedBox, Slack};
+use super::eight_boxes::{BOXES, Slack};
+use super::search::Search;
 use super::triangle::Triangle;
+use super::wide_tree::{WideNode, widened};
 use crate::{GeometryError, TriangleMesh};
 
-/// Most triangles in a leaf.
-const LEAF: usize = 2;
-/// More than the tree's depth: halving 2^32 triangles takes 32 levels.
-pub(super) const STACK: usize = 40;
 /// Farther away than this \[m\] single precision is no use, and every triangle is looked at.
 const FAR: f64 = 1e15;
 
@@ -28,7 +26,7 @@ pub struct ClosestPoint {
     pub normal: Vector3<f64>,
 }
 
-/// A node's place in the tree. Nodes are stored depth first, so the left child is the next node.
+/// A node of a binary tree, stored depth first: the left child is the next node.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Node {
     /// The node after this one's subtree: the right child of its parent, if it is a left child.
@@ -41,7 +39,7 @@ pub(super) struct Node {
 
 impl Node {
     pub(super) fn is_leaf(&self) -> bool {
-        self.count as usize <= LEAF
+        self.count == 1
     }
     pub(super) fn triangles(&self) -> std::ops::Range<usize> {
         self.first as usize..(self.first + self.count) as usize
@@ -53,15 +51,15 @@ impl Node {
 /// Queries allocate nothing and can run on many threads at once.
 #[derive(Clone, Debug)]
 pub struct TriangleTree {
+    /// For rays: a binary tree, and the lowest and highest corner of a box along the axes for each node.
     pub(super) nodes: Vec<Node>,
-    /// A box along the axes for each node: its lowest and highest corner.
     pub(super) extents: Vec<[Point3<f64>; 2]>,
-    /// A box turned to fit, for each node.
-    pub(super) boxes: Vec<OrientedBox>,
-    /// In leaf order.
+    /// For closest points.
+    pub(super) wide: Vec<WideNode>,
     pub(super) triangles: Vec<Triangle>,
+    /// In leaf order.
     pub(super) corners: Vec<[Point3<f64>; 3]>,
-    pub(super) faces: Vec<u32>,
+    faces: Vec<u32>,
 }
 
 impl TriangleTree {
@@ -86,15 +84,11 @@ impl TriangleTree {
             .map(|node| extent(&corners[node.triangles()]))
             .collect();
         let middle = nalgebra::center(&extents[0][0], &extents[0][1]);
-        let boxes = nodes
-            .par_iter()
-            .map(|node| OrientedBox::around(&corners[node.triangles()], &middle))
-            .collect();
         Ok(Self {
+            wide: widened(&nodes, &corners, &middle),
+            triangles: corners.iter().map(|c| Triangle::new(*c)).collect(),
             nodes,
             extents,
-            boxes,
-            triangles: corners.iter().map(|c| Triangle::new(*c)).collect(),
             corners,
             faces,
         })
@@ -106,94 +100,64 @@ impl TriangleTree {
         (low, high)
     }
 
+    /// The nearest point of the surface. Where `p` is not finite, the distance is not finite either.
+    pub fn closest(&self, p: &Point3<f64>) -> ClosestPoint {
+        let (squared, at) = self.nearest(p, f64::INFINITY).unwrap_or((f64::NAN, 0));
+        self.found(p, squared, at)
+    }
+
+    /// The nearest point of the surface if it is nearer than `bound` \[m\].
+    pub fn closest_within(&self, p: &Point3<f64>, bound: f64) -> Option<ClosestPoint> {
+        let (squared, at) = self.nearest(p, bound)?;
+        Some(self.found(p, squared, at))
+    }
+
+    /// The distance to the surface \[m\].
+    pub fn distance(&self, p: &Point3<f64>) -> f64 {
+        self.nearest(p, f64::INFINITY)
+            .map_or(f64::NAN, |(squared, _)| squared.sqrt())
+    }
+
     /// The corners of all triangles.
     pub(crate) fn corners(&self) -> impl Iterator<Item = &[Point3<f64>; 3]> {
         self.corners.iter()
     }
 
-    /// The middle of that box: the origin of the oriented boxes.
+    /// The middle of the mesh's box: the origin of the oriented boxes.
     pub(super) fn middle(&self) -> Point3<f64> {
         nalgebra::center(&self.extents[0][0], &self.extents[0][1])
     }
 
-    /// The slack of single precision for points that are, along each axis, at most `farthest` from the middle.
-    pub(super) fn slack(&self, farthest: f64) -> Slack {
+    /// The slack of single precision for points that are, along each axis, at most `farthest` from the middle;
+    /// `None` if that is too far for it, or NaN.
+    #[inline]
+    pub(super) fn slack(&self, farthest: f64) -> Option<Slack> {
         let [low, high] = self.extents[0];
-        Slack::new(farthest + (high - low).amax())
+        (farthest < FAR).then(|| Slack::new(farthest + (high - low).amax()))
     }
 
-    /// The nearest point of the surface. Where `p` is not finite, the distance is not finite either.
-    pub fn closest(&self, p: &Point3<f64>) -> ClosestPoint {
-        self.closest_within(p, f64::INFINITY)
-            .unwrap_or_else(|| self.found(p, 0, self.corners[0][0] - p))
+    /// The slack for points within a box.
+    pub(crate) fn slack_within(&self, low: &Point3<f64>, high: &Point3<f64>) -> Option<Slack> {
+        let middle = self.middle();
+        self.slack((low - middle).amax().max((high - middle).amax()))
     }
 
-    /// The nearest point of the surface if it is nearer than `bound` \[m\].
-    pub fn closest_within(&self, p: &Point3<f64>, bound: f64) -> Option<ClosestPoint> {
-        let relative = p - self.middle();
-        let farthest = relative.amax();
-        let mut best = (bound * bound, usize::MAX);
-        if farthest < FAR {
-            self.search(
-                p,
-                [0, 1, 2].map(|i| relative[i] as f32),
-                self.slack(farthest),
-                &mut best,
-            );
-        } else {
-            self.look_at(p, 0..self.triangles.len(), &mut best);
+    /// The square of the distance, if less than that of `bound`, and the triangle, in leaf order.
+    fn nearest(&self, p: &Point3<f64>, bound: f64) -> Option<(f64, usize)> {
+        let mut search = Search::new(self, p, bound);
+        match self.slack((p - self.middle()).amax()) {
+            Some(slack) => search.walk(slack),
+            None => search.look_at_all(),
         }
-        let (_, at) = best;
-        let triangle = self.triangles.get(at)?;
-        Some(self.found(p, at, triangle.to_closest(p)))
+        search.best()
     }
 
-    /// Improves the best squared distance so far and its triangle by those in a range of the leaf order.
-    #[inline(always)]
-    fn look_at(&self, p: &Point3<f64>, range: std::ops::Range<usize>, best: &mut (f64, usize)) {
-        for at in range {
-            let squared = self.triangles[at].distance_squared([p.x, p.y, p.z]);
-            if squared < best.0 {
-                *best = (squared, at);
-            }
-        }
-    }
-
-    /// Depth first, nearer box first; `relative` is `p` from the middle.
-    fn search(&self, p: &Point3<f64>, relative: [f32; 3], slack: Slack, best: &mut (f64, usize)) {
-        let mut widened = slack.widen(best.0) as f32;
-        let mut stack = [(0, 0.0); STACK];
-        let mut top = 1;
-        while top > 0 {
-            top -= 1;
-            let (index, lower_bound) = stack[top];
-            if lower_bound > widened {
-                continue;
-            }
-            let node = &self.nodes[index];
-            if node.is_leaf() {
-                self.look_at(p, node.triangles(), best);
-                widened = slack.widen(best.0) as f32;
-                continue;
-            }
-            let (left, right) = (index + 1, self.nodes[index + 1].end as usize);
-            let mut near = (left, self.boxes[left].distance_squared(relative));
-            let mut far = (right, self.boxes[right].distance_squared(relative));
-            if far.1 < near.1 {
-                std::mem::swap(&mut near, &mut far);
-            }
-            stack[top] = far;
-            stack[top + 1] = near;
-            top += 2;
-        }
-    }
-
-    fn found(&self, p: &Point3<f64>, at: usize, to_closest: Vector3<f64>) -> ClosestPoint {
+    fn found(&self, p: &Point3<f64>, squared: f64, at: usize) -> ClosestPoint {
         let [a, b, c] = self.corners[at];
         let normal = (b - a).cross(&(c - a));
         ClosestPoint {
-            point: p + to_closest,
-            distance: to_closest.norm(),
+            point: p + self.triangles[at].to_closest(p),
+            distance: squared.sqrt(),
             face: self.faces[at] as usize,
             normal: normal
                 .try_normalize(f64::MIN_POSITIVE)
@@ -220,7 +184,7 @@ fn split(centers: &[Point3<f64>], faces: &mut [u32], first: usize, nodes: &mut V
         first: first as u32,
         count: faces.len() as u32,
     });
-    if faces.len() > LEAF {
+    if faces.len() > 1 {
         let center = |face: u32| &centers[face as usize];
         let start = *center(faces[0]);
         let (low, high) = faces.iter().fold((start, start), |(low, high), &face| {
@@ -228,6 +192,11 @@ fn split(centers: &[Point3<f64>], faces: &mut [u32], first: usize, nodes: &mut V
         });
         let axis = (high - low).imax();
         let half = faces.len() / 2;
+        let half = if faces.len() > BOXES {
+            half.next_multiple_of(BOXES)
+        } else {
+            half
+        };
         faces.select_nth_unstable_by(half, |&i, &j| {
             center(i)[axis].total_cmp(&center(j)[axis]).then(i.cmp(&j))
         });

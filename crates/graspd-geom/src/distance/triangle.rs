@@ -9,19 +9,19 @@ const THINNEST: f64 = 1e-9;
 
 /// A triangle a, b, c, made ready for distance queries.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Triangle {
-    a: [f64; 3],
-    ab: [f64; 3],
-    ac: [f64; 3],
+pub(super) struct Triangle {
+    pub(super) a: [f64; 3],
+    pub(super) ab: [f64; 3],
+    pub(super) ac: [f64; 3],
     /// Gradients of the barycentric coordinates of b and c; NaN for a triangle without area.
-    grad_b: [f64; 3],
-    grad_c: [f64; 3],
+    pub(super) grad_b: [f64; 3],
+    pub(super) grad_c: [f64; 3],
     /// 1 / |ab|^2, 1 / |ac|^2, 1 / |bc|^2, or 0 for an edge of length 0.
-    inverse_squared: [f64; 3],
+    pub(super) inverse_squared: [f64; 3],
 }
 
 impl Triangle {
-    pub(crate) fn new([a, b, c]: [Point3<f64>; 3]) -> Self {
+    pub(super) fn new([a, b, c]: [Point3<f64>; 3]) -> Self {
         let (ab, ac, bc) = (b - a, c - a, c - b);
         let normal = ab.cross(&ac);
         let longest_squared = ab
@@ -54,12 +54,12 @@ impl Triangle {
 
     /// The square of the distance from (x, y, z) to the triangle.
     #[inline(always)]
-    pub(crate) fn distance_squared(&self, p: [f64; 3]) -> f64 {
+    pub(super) fn distance_squared(&self, p: [f64; 3]) -> f64 {
         self.nearest(p).0
     }
 
     /// The vector from `p` to the nearest point of the triangle.
-    pub(crate) fn to_closest(self, p: &Point3<f64>) -> Vector3<f64> {
+    pub(super) fn to_closest(self, p: &Point3<f64>) -> Vector3<f64> {
         self.nearest([p.x, p.y, p.z]).1.into()
     }
 

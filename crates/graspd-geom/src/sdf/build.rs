@@ -8,7 +8,7 @@ use rayon::prelude::*;
 use super::SdfGrid;
 use super::grid::{allocate, check_dims, node};
 use super::rows::Rows;
-use crate::distance::{PACKET, Packet, SignedDistance};
+use crate::distance::{PACKET, PacketSearch, SignedDistance, Slack};
 use crate::{GeometryError, Vec3};
 
 /// Layers that one task fills: as thick as a packet.
@@ -45,6 +45,11 @@ impl SdfGrid {
             (high.y - low.y + 2.0 * padding) / steps,
             (high.z - low.z + 2.0 * padding) / steps,
         );
+        let far = node(origin, spacing, dims.map(|n| n - 1));
+        let slack = surface.tree().slack_within(&origin.into(), &far.into());
+        let slack = slack.ok_or_else(|| GeometryError::GridExtent {
+            what: "the box is too large".into(),
+        })?;
         let mut values = allocate(dims)?;
         values.resize(resolution.pow(3), 0.0);
         let done = AtomicUsize::new(0);
@@ -65,6 +70,7 @@ impl SdfGrid {
                 vectorize(FillDistances {
                     surface,
                     rows: &rows,
+                    slack,
                     values,
                 });
                 let winding = rows.winding_numbers(surface.tree().corners());
@@ -84,6 +90,7 @@ impl SdfGrid {
 struct FillDistances<'a> {
     surface: &'a SignedDistance,
     rows: &'a Rows,
+    slack: Slack,
     values: &'a mut [f32],
 }
 
@@ -95,6 +102,7 @@ impl Kernel for FillDistances<'_> {
         let Self {
             surface,
             rows,
+            slack,
             values,
         } = self;
         let Rows {
@@ -105,12 +113,7 @@ impl Kernel for FillDistances<'_> {
             layers,
         } = *rows;
         let last = [nx, ny, layers.1].map(|n| n - 1);
-        let low = node(origin, spacing, [0, 0, layers.0]);
-        let high = node(origin, spacing, last);
-        let slack = surface.tree().packet_slack(&low.into(), &high.into());
-        let mut guesses = [0; 2];
-        // The first and last point of the packet before, and their distances.
-        let mut known: Option<([Vec3<f64>; 2], [f64; 2])> = None;
+        let mut search = PacketSearch::<L>::new(surface.tree());
         for y in 0..ny.div_ceil(2) {
             for step in 0..nx.div_ceil(2) {
                 // To and fro, so that each packet touches the one before.
@@ -127,32 +130,17 @@ impl Kernel for FillDistances<'_> {
                         (layers.0 + lane / 4).min(last[2]),
                     ]
                 };
-                let mut packet = Packet {
-                    points: [[0.0; PACKET]; 3],
-                    bounds: [f64::INFINITY; PACKET],
-                    guesses,
-                };
+                let mut points = [[0.0; PACKET]; 3];
                 for lane in 0..PACKET {
                     let p = node(origin, spacing, index(lane));
                     for axis in 0..3 {
-                        packet.points[axis][lane] = p.get(axis);
-                    }
-                    if let Some((points, distances)) = known {
-                        // |d(p)| <= |d(q)| + |p - q|
-                        let from = |i: usize| distances[i] + (p - points[i]).norm();
-                        packet.bounds[lane] = from(0).min(from(1));
+                        points[axis][lane] = p.get(axis);
                     }
                 }
-                let found = surface.tree().packet_distances::<L>(&packet, slack);
-                guesses = found.nearest;
-                let ends = [0, PACKET - 1];
-                known = Some((
-                    ends.map(|lane| node(origin, spacing, index(lane))),
-                    ends.map(|lane| found.squared[lane].sqrt()),
-                ));
+                let distances = search.distances(&points, slack);
                 for lane in 0..PACKET {
                     let [i, j, k] = index(lane);
-                    values[i + nx * (j + ny * (k - layers.0))] = found.squared[lane].sqrt() as f32;
+                    values[i + nx * (j + ny * (k - layers.0))] = distances[lane] as f32;
                 }
             }
         }
