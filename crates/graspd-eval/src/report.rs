@@ -10,7 +10,7 @@ use crate::EvaluationError;
 use crate::contact_area::contact_area_cm2;
 use crate::contacts::contacts;
 use crate::displacement::{
-    DecompositionSettings, DynamicObject, FixedHand, ObjectPieces, simulate,
+    DecompositionSettings, DynamicObject, FixedHand, ObjectPieces, SIX_DIRECTIONS, simulate,
     simulate_six_directions,
 };
 use crate::ferrari_canny::grasp_quality;
@@ -196,19 +196,32 @@ pub fn evaluate(
     }
     if wanted.displacement || wanted.displacement_mean6 {
         let fixed = FixedHand::new(hand)?;
-        let fallen = settings.displacement.free_fall() * 100.0;
+        let (object, protocol) = (object.dynamic(), &settings.displacement);
+        let fallen = protocol.free_fall() * 100.0;
         let or_fallen = |result| match result {
             Err(EvaluationError::Diverged { .. }) => Ok(fallen),
             other => other,
         };
-        if wanted.displacement {
-            let motion = simulate(object.dynamic(), &fixed, &settings.displacement);
+        if wanted.displacement_mean6 {
+            match simulate_six_directions(object, &fixed, protocol) {
+                Ok(six) => {
+                    metrics.sim_displacement_mean6_cm = Some(six.mean_cm);
+                    // The protocol's own direction is one of the six by default: no need to run it twice.
+                    let is_own = |d: &[f64; 3]| *d == protocol.gravity_direction;
+                    let own = SIX_DIRECTIONS.iter().position(is_own);
+                    metrics.sim_displacement_cm = own.map(|i| six.per_direction_cm[i]);
+                }
+                Err(error) => {
+                    metrics.sim_displacement_mean6_cm = Some(or_fallen(Err(error))?);
+                }
+            }
+        }
+        if !wanted.displacement {
+            metrics.sim_displacement_cm = None;
+        } else if metrics.sim_displacement_cm.is_none() {
+            let motion = simulate(object, &fixed, protocol);
             let displacement = or_fallen(motion.map(|motion| motion.displacement_cm()))?;
             metrics.sim_displacement_cm = Some(displacement);
-        }
-        if wanted.displacement_mean6 {
-            let six = simulate_six_directions(object.dynamic(), &fixed, &settings.displacement);
-            metrics.sim_displacement_mean6_cm = Some(or_fallen(six.map(|six| six.mean_cm))?);
         }
     }
     Ok(metrics)

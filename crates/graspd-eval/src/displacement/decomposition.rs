@@ -34,7 +34,7 @@ impl Default for DecompositionSettings {
         Self {
             overfill_tolerance: 0.5e-3,
             simplification_tolerance: 0.05e-3,
-            max_pieces: 320,
+            max_pieces: 512,
         }
     }
 }

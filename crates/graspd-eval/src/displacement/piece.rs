@@ -64,6 +64,13 @@ impl ConvexPiece {
         })
     }
 
+    /// Whether `point` lies inside, or outside no face by more than `tolerance` \[m\].
+    #[cfg(test)]
+    pub(super) fn contains(&self, point: &Point3<f64>, tolerance: f64) -> bool {
+        self.planes()
+            .all(|(normal, offset)| normal.dot(&point.coords) <= offset + tolerance)
+    }
+
     /// Outward unit normal and offset of each face: n . p <= offset inside.
     fn planes(&self) -> impl Iterator<Item = (Vector3<f64>, f64)> {
         (0..self.faces.len()).filter_map(|face| {

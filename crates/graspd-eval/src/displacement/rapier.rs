@@ -21,6 +21,7 @@ use rapier3d_f64::prelude::{
     IntegrationParameters, MassProperties, PhysicsWorld, RigidBodyBuilder, SharedShape, TriMesh,
     TriMeshFlags,
 };
+use rayon::prelude::*;
 
 use super::decomposition::ObjectPieces;
 use super::protocol::{DisplacementSettings, ObjectMotion, SIX_DIRECTIONS, SixDisplacements};
@@ -34,11 +35,13 @@ const LENGTH_UNIT: f64 = 0.1;
 const SUBSTEPS: usize = 10;
 /// Contacts are sought this far ahead of touch \[m\] while the object moves slowly ...
 const LEAST_PREDICTION: f64 = 0.5e-3;
-/// ... and over this multiple of the way that its fastest point makes in a step when it moves faster.
+/// ... and over this multiple of the way that its fastest point makes in a step when it moves faster ...
 const PREDICTED_STEPS: f64 = 1.5;
+/// ... up to this \[m\]: beyond it, what the object hits is found inside it by a few millimetres and pushed out.
+const MOST_PREDICTION: f64 = 3e-3;
 /// While the object has moved less than this since a contact was computed, the contact follows its motion instead
 /// of being computed anew \[m\].
-const RECYCLE_DISTANCE: f64 = 0.1e-3;
+const RECYCLE_DISTANCE: f64 = 0.25e-3;
 
 /// An object ready to be simulated: convex pieces and mass properties. Made once, shared by all of its grasps.
 #[derive(Clone)]
@@ -160,7 +163,8 @@ pub fn simulate(
     for step in 0..settings.steps {
         let moving = &world.bodies[body];
         let speed = moving.linvel().length() + moving.angvel().length() * object.radius;
-        let ahead = LEAST_PREDICTION.max(PREDICTED_STEPS * speed * settings.time_step);
+        let ahead =
+            (PREDICTED_STEPS * speed * settings.time_step).clamp(LEAST_PREDICTION, MOST_PREDICTION);
         world.integration_parameters.normalized_prediction_distance = ahead / LENGTH_UNIT;
         world.step();
         if !world.quarantine().is_empty() || !world.bodies[body].position().is_finite() {
@@ -177,6 +181,8 @@ pub fn simulate(
 
 /// [`simulate`] under gravity along each axis of the object's frame, whatever `settings.gravity_direction` says.
 ///
+/// The six run in parallel where rayon's pool has threads to spare; the result does not depend on it.
+///
 /// # Errors
 /// As [`simulate`].
 pub fn simulate_six_directions(
@@ -184,13 +190,19 @@ pub fn simulate_six_directions(
     hand: &FixedHand,
     settings: &DisplacementSettings,
 ) -> Result<SixDisplacements, EvaluationError> {
+    let results: Vec<_> = SIX_DIRECTIONS
+        .into_par_iter()
+        .map(|gravity_direction| {
+            let settings = DisplacementSettings {
+                gravity_direction,
+                ..settings.clone()
+            };
+            simulate(object, hand, &settings).map(|motion| motion.displacement_cm())
+        })
+        .collect();
     let mut per_direction_cm = [0.0; 6];
-    for (displacement, direction) in per_direction_cm.iter_mut().zip(SIX_DIRECTIONS) {
-        let settings = DisplacementSettings {
-            gravity_direction: direction,
-            ..settings.clone()
-        };
-        *displacement = simulate(object, hand, &settings)?.displacement_cm();
+    for (displacement, result) in per_direction_cm.iter_mut().zip(results) {
+        *displacement = result?;
     }
     Ok(SixDisplacements {
         per_direction_cm,

@@ -117,7 +117,8 @@ fn nothing_tunnels_through_a_thin_plate() {
     let gap = 0.04;
     let thin = box_mesh([0.0, SIZE[1] / 2.0 + gap + 0.5e-3, 0.0], [0.15, 1e-3, 0.15]);
     let moved = displacement(&[thin], &DisplacementSettings::default());
-    assert!((moved - 100.0 * gap).abs() < 0.05, "{moved}");
+    // It may be found up to 3 mm inside and still be on its way out.
+    assert!((moved - 100.0 * gap).abs() < 0.1, "{moved}");
 }
 
 #[test]
@@ -232,4 +233,38 @@ fn a_thin_cup_stays_hollow() {
     };
     let moved = simulate(&object, &inside, &down).unwrap().displacement_cm();
     assert!((moved / FREE_FALL_CM - 1.0).abs() < 0.01, "{moved}");
+}
+
+#[test]
+fn a_scanned_mug_stays_hollow() {
+    let Some(file) = graspd_geom::shared_file("data/ycb/025_mug.obj") else {
+        return;
+    };
+    let mesh = graspd_geom::load_mesh(file).unwrap();
+    let exact = graspd_geom::SignedDistance::new(&mesh).unwrap();
+    let settings = DecompositionSettings {
+        max_pieces: 160,
+        ..DecompositionSettings::default()
+    };
+    let pieces = ObjectPieces::new(&mesh, &|p| exact.signed_distance(p), &settings);
+    // A wall of 3 mm around 138 cm^3; V-HACD at resolution 128 leaves 5 mm and a ratio of 1.2.
+    let ratio = pieces.volume / graspd_geom::signed_volume(&mesh);
+    assert!((1.0..1.25).contains(&ratio), "{ratio}");
+    assert!(pieces.overfill < 3e-3, "{}", pieces.overfill);
+    // The pieces cover the surface up to the simplification.
+    let shrunk = settings.simplification_tolerance * 1.01;
+    for vertex in mesh.vertices.iter().step_by(97) {
+        assert!(
+            pieces
+                .pieces
+                .iter()
+                .any(|piece| piece.contains(vertex, shrunk)),
+            "{vertex}"
+        );
+    }
+    let text = serde_json::to_string(&pieces).unwrap();
+    let read: ObjectPieces = serde_json::from_str(&text).unwrap();
+    assert_eq!(read.pieces.len(), pieces.pieces.len());
+    // JSON keeps 17 digits, but its reader may round the last.
+    assert!((read.overfill / pieces.overfill - 1.0).abs() < 1e-14);
 }
