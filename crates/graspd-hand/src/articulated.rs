@@ -10,7 +10,7 @@ use crate::part::Part;
 use crate::self_collision::{self, Sphere};
 use crate::{
     CollisionSpheres, ContactPoints, Hand, HandError, HandPose, HandScratch, KinematicTree, Limit,
-    POINT_PADDING, PalmFrame, PointBuffer,
+    PalmFrame, PointBuffer,
 };
 
 /// How finely a hand is covered with contact points and spheres.
@@ -92,7 +92,7 @@ pub struct HandDescription {
 pub struct ArticulatedHand {
     description: HandDescription,
     contacts: ContactPoints,
-    /// Points of one body: whole blocks of [`POINT_PADDING`].
+    /// Points of one body: whole blocks of [`POINT_PADDING`](crate::POINT_PADDING).
     pub(crate) contact_ranges: Vec<(usize, Range<usize>)>,
     pub(crate) local_points: PointBuffer<f64>,
     pub(crate) local_points_f32: PointBuffer<f32>,
@@ -250,5 +250,3 @@ impl Hand for ArticulatedHand {
         }
     }
 }
-
-const _: () = assert!(POINT_PADDING == 8, "kernels work on blocks of 8");

@@ -2,29 +2,46 @@
 
 use std::ops::Range;
 
-use graspd_ad::{Element, Real};
-use graspd_geom::{Rigid, Vec3};
+use graspd_ad::{Element, Kernel, Real, vectorize};
+use graspd_geom::{Mat3, Rigid, Vec3};
 
 use crate::{
     ArticulatedHand, HandPose, HandScratch, Kinematics, POINT_PADDING, PointBuffer, PoseGradient,
 };
 
-/// The precisions in which a hand keeps its contact points.
-trait LocalPoints: Element {
+/// The points of each body: whole blocks of [`POINT_PADDING`].
+type BodyRanges = [(usize, Range<usize>)];
+
+/// The precisions of a hand's buffers: which stored points they use, and which lanes go through them.
+trait Precision: Element {
     fn local_points(hand: &ArticulatedHand) -> &PointBuffer<Self>;
+    fn place(kernel: Place<'_, Self>);
+    fn sum(kernel: Sum<'_, Self>);
 }
-impl LocalPoints for f64 {
+impl Precision for f64 {
     fn local_points(hand: &ArticulatedHand) -> &PointBuffer<Self> {
         &hand.local_points
     }
+    fn place(kernel: Place<'_, Self>) {
+        kernel.over::<f64>();
+    }
+    fn sum(kernel: Sum<'_, Self>) {
+        kernel.over::<f64>();
+    }
 }
-impl LocalPoints for f32 {
+impl Precision for f32 {
     fn local_points(hand: &ArticulatedHand) -> &PointBuffer<Self> {
         &hand.local_points_f32
     }
+    fn place(kernel: Place<'_, Self>) {
+        vectorize(kernel);
+    }
+    fn sum(kernel: Sum<'_, Self>) {
+        vectorize(kernel);
+    }
 }
 
-impl<E: LocalPoints> Kinematics<E> for ArticulatedHand {
+impl<E: Precision> Kinematics<E> for ArticulatedHand {
     fn forward(
         &self,
         pose: &HandPose,
@@ -38,10 +55,12 @@ impl<E: LocalPoints> Kinematics<E> for ArticulatedHand {
         };
         self.tree()
             .forward(&base, &pose.articulation, &mut scratch.body_poses);
-        for (body, range) in &self.contact_ranges {
-            let body_pose = &scratch.body_poses[*body];
-            transform_blocks(body_pose, E::local_points(self), contacts, range);
-        }
+        E::place(Place {
+            ranges: &self.contact_ranges,
+            poses: &scratch.body_poses,
+            local: E::local_points(self),
+            points: contacts,
+        });
         let centers = self.sphere_centers.iter();
         for (index, (center, body)) in centers.zip(&self.spheres.body).enumerate() {
             spheres.set(index, scratch.body_poses[*body as usize].apply(*center));
@@ -65,12 +84,14 @@ impl<E: LocalPoints> Kinematics<E> for ArticulatedHand {
         } = scratch;
         forces.fill(Vec3::zero());
         torques.fill(Vec3::zero());
-        for (body, range) in &self.contact_ranges {
-            let origin = body_poses[*body].translation;
-            let (force, torque) = sum_blocks(origin, contacts, contact_gradient, range);
-            forces[*body] += force;
-            torques[*body] += torque;
-        }
+        E::sum(Sum {
+            ranges: &self.contact_ranges,
+            poses: body_poses,
+            points: contacts,
+            gradients: contact_gradient,
+            forces,
+            torques,
+        });
         for (index, body) in self.spheres.body.iter().enumerate() {
             let body = *body as usize;
             let force = sphere_gradient.get(index);
@@ -81,72 +102,141 @@ impl<E: LocalPoints> Kinematics<E> for ArticulatedHand {
     }
 }
 
-/// p = R local + t for whole blocks of points of one body. Fixed-length inner loops become SIMD.
-fn transform_blocks<E: Element>(
-    pose: &Rigid<f64>,
-    local: &PointBuffer<E>,
-    points: &mut PointBuffer<E>,
-    range: &Range<usize>,
-) {
-    let row = |i: usize| {
-        let row = pose.rotation.rows[i];
-        [row.x, row.y, row.z, pose.translation.get(i)].map(<E as Real>::constant)
-    };
-    let matrix = [row(0), row(1), row(2)];
-    let (x, y, z) = (
-        blocks(&local.x, range),
-        blocks(&local.y, range),
-        blocks(&local.z, range),
-    );
-    let outputs = [&mut points.x, &mut points.y, &mut points.z];
-    for (output, [a, b, c, t]) in outputs.into_iter().zip(matrix) {
-        let (output, _) = output[range.clone()].as_chunks_mut::<POINT_PADDING>();
-        for (((out, x), y), z) in output.iter_mut().zip(x).zip(y).zip(z) {
-            for lane in 0..POINT_PADDING {
-                out[lane] = a * x[lane] + b * y[lane] + c * z[lane] + t;
+/// p = R local + t for the points of all bodies.
+struct Place<'a, E> {
+    ranges: &'a BodyRanges,
+    poses: &'a [Rigid<f64>],
+    local: &'a PointBuffer<E>,
+    points: &'a mut PointBuffer<E>,
+}
+
+impl<E: Element> Place<'_, E> {
+    #[inline(always)]
+    fn over<L: Real<Element = E>>(self) {
+        for (body, range) in self.ranges {
+            let pose = &self.poses[*body];
+            let rotation = Mat3::<L>::constant(&pose.rotation);
+            let translation = Vec3::<L>::constant(pose.translation);
+            let local = Blocks::of(self.local, range);
+            let x = blocks_mut(&mut self.points.x, range);
+            let y = blocks_mut(&mut self.points.y, range);
+            let z = blocks_mut(&mut self.points.z, range);
+            for block in 0..x.len() {
+                let mut lane = 0;
+                while lane < POINT_PADDING {
+                    let point = rotation.apply(local.load::<L>(block, lane)) + translation;
+                    point.x.store(&mut x[block][lane..]);
+                    point.y.store(&mut y[block][lane..]);
+                    point.z.store(&mut z[block][lane..]);
+                    lane += L::LANES;
+                }
             }
         }
     }
 }
 
-/// Sums of g and (p - origin) x g over the points of one body, lane by lane in `E`, then in `f64`.
-///
-/// Arms are taken from the body's own origin: about a distant one most of the torque would cancel.
-fn sum_blocks<E: Element>(
-    origin: Vec3<f64>,
-    points: &PointBuffer<E>,
-    gradients: &PointBuffer<E>,
-    range: &Range<usize>,
-) -> (Vec3<f64>, Vec3<f64>) {
-    let origin = [origin.x, origin.y, origin.z].map(<E as Real>::constant);
-    let mut force = [[<E as Real>::constant(0.0); POINT_PADDING]; 3];
-    let mut torque = force;
-    let p = [&points.x, &points.y, &points.z].map(|values| blocks(values, range));
-    let g = [&gradients.x, &gradients.y, &gradients.z].map(|values| blocks(values, range));
-    for block in 0..p[0].len() {
-        let (px, py, pz) = (&p[0][block], &p[1][block], &p[2][block]);
-        let (gx, gy, gz) = (&g[0][block], &g[1][block], &g[2][block]);
-        for lane in 0..POINT_PADDING {
-            let (x, y, z) = (
-                px[lane] - origin[0],
-                py[lane] - origin[1],
-                pz[lane] - origin[2],
-            );
-            force[0][lane] += gx[lane];
-            force[1][lane] += gy[lane];
-            force[2][lane] += gz[lane];
-            torque[0][lane] += y * gz[lane] - z * gy[lane];
-            torque[1][lane] += z * gx[lane] - x * gz[lane];
-            torque[2][lane] += x * gy[lane] - y * gx[lane];
-        }
+impl Kernel for Place<'_, f32> {
+    type Output = ();
+    #[inline(always)]
+    fn run<L: Real<Element = f32>>(self) {
+        self.over::<L>();
     }
-    let total = |sums: [[E; POINT_PADDING]; 3]| {
-        let [x, y, z] = sums.map(|lanes| lanes.iter().map(|v| v.lane(0)).sum::<f64>());
-        Vec3::new(x, y, z)
-    };
-    (total(force), total(torque))
 }
 
-fn blocks<'a, E>(values: &'a [E], range: &Range<usize>) -> &'a [[E; POINT_PADDING]] {
-    values[range.clone()].as_chunks::<POINT_PADDING>().0
+/// Adds the sums of g and (p - origin) x g over each body's points to the body's force and torque.
+///
+/// Within a body lane by lane in `E`, then in `f64`. Arms are taken from the body's own origin: about a distant one
+/// most of the torque would cancel.
+struct Sum<'a, E> {
+    ranges: &'a BodyRanges,
+    poses: &'a [Rigid<f64>],
+    points: &'a PointBuffer<E>,
+    gradients: &'a PointBuffer<E>,
+    forces: &'a mut [Vec3<f64>],
+    torques: &'a mut [Vec3<f64>],
 }
+
+impl<E: Element> Sum<'_, E> {
+    #[inline(always)]
+    fn over<L: Real<Element = E>>(self) {
+        for (body, range) in self.ranges {
+            let origin = Vec3::<L>::constant(self.poses[*body].translation);
+            let (mut force, mut torque) = (Vec3::<L>::zero(), Vec3::<L>::zero());
+            let points = Blocks::of(self.points, range);
+            let gradients = Blocks::of(self.gradients, range);
+            for block in 0..points.x.len() {
+                let mut lane = 0;
+                while lane < POINT_PADDING {
+                    let gradient = gradients.load::<L>(block, lane);
+                    let arm = points.load::<L>(block, lane) - origin;
+                    force += gradient;
+                    torque += arm.cross(gradient);
+                    lane += L::LANES;
+                }
+            }
+            self.forces[*body] += lane_sums(force);
+            self.torques[*body] += lane_sums(torque);
+        }
+    }
+}
+
+impl Kernel for Sum<'_, f32> {
+    type Output = ();
+    #[inline(always)]
+    fn run<L: Real<Element = f32>>(self) {
+        self.over::<L>();
+    }
+}
+
+/// The points of one body in blocks of known length, so that access needs few checks.
+struct Blocks<'a, E> {
+    x: &'a [[E; POINT_PADDING]],
+    y: &'a [[E; POINT_PADDING]],
+    z: &'a [[E; POINT_PADDING]],
+}
+
+impl<'a, E: Element> Blocks<'a, E> {
+    #[inline(always)]
+    fn of(points: &'a PointBuffer<E>, range: &Range<usize>) -> Self {
+        Self {
+            x: points.x[range.clone()].as_chunks().0,
+            y: points.y[range.clone()].as_chunks().0,
+            z: points.z[range.clone()].as_chunks().0,
+        }
+    }
+    /// The points of a block from lane `lane` on.
+    #[inline(always)]
+    fn load<L: Real<Element = E>>(&self, block: usize, lane: usize) -> Vec3<L> {
+        Vec3::new(
+            L::load(&self.x[block][lane..]),
+            L::load(&self.y[block][lane..]),
+            L::load(&self.z[block][lane..]),
+        )
+    }
+}
+
+#[inline(always)]
+fn blocks_mut<'a, E>(values: &'a mut [E], range: &Range<usize>) -> &'a mut [[E; POINT_PADDING]] {
+    values[range.clone()].as_chunks_mut().0
+}
+
+/// Each coordinate summed over the lanes.
+#[inline(always)]
+fn lane_sums<L: Real>(v: Vec3<L>) -> Vec3<f64> {
+    Vec3::new(lane_sum(v.x), lane_sum(v.y), lane_sum(v.z))
+}
+
+#[inline(always)]
+fn lane_sum<L: Real>(value: L) -> f64 {
+    // By way of memory: taking lanes out of registers one by one costs more.
+    let mut lanes = [L::Element::default(); POINT_PADDING];
+    value.store(&mut lanes);
+    let mut sum = 0.0;
+    for lane in &lanes[..L::LANES] {
+        sum += lane.lane(0);
+    }
+    sum
+}
+
+// Blocks must be whole for the widest lanes.
+const _: () = assert!(POINT_PADDING.is_multiple_of(<graspd_ad::Lanes as Real>::LANES));

@@ -11,7 +11,7 @@ use crate::encounters::Encounters;
 /// Radius below which a sphere is not worth its cost \[m\].
 const SMALLEST_RADIUS: f64 = 2e-3;
 /// Candidate centers along the longest side of a part.
-const CANDIDATES_PER_SIDE: f64 = 10.0;
+const CANDIDATES_PER_SIDE: f64 = 8.0;
 /// Attempts to move a candidate center towards the medial axis.
 const CLIMBING_STEPS: usize = 8;
 /// What counts as the gap between a surface point and the spheres of a body that has none yet \[m\].

@@ -97,7 +97,7 @@ fn difference(a: Option<Rigid<f64>>, b: Option<Rigid<f64>>) -> f64 {
 /// Nearly all of the built-in surface is this near to the real one, and the other way round \[m\].
 const SURFACE_MOST: f64 = 2e-3;
 /// Details that the outlines leave out, such as screw heads and rims, stand out by less \[m\].
-const SURFACE_DETAIL: f64 = 6e-3;
+const SURFACE_DETAIL: f64 = 4e-3;
 /// The real palm has openings that the built-in one covers: so far is the rim of one from its middle \[m\].
 const SURFACE_OPENING: f64 = 17e-3;
 

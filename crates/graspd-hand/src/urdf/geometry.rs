@@ -4,8 +4,8 @@ use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
 use graspd_geom::{
-    GeometryError, TriangleMesh, box_mesh, capsule_mesh, closed_surface, cylinder_mesh, load_mesh,
-    sphere_mesh,
+    GeometryError, SignedDistance, TriangleMesh, box_mesh, capsule_mesh, closed_surface,
+    cylinder_mesh, load_mesh, sphere_mesh,
 };
 use nalgebra::{Isometry3, Translation3, Vector3};
 use urdf_rs::{Geometry, Link, Pose};
@@ -192,8 +192,11 @@ impl GeometryReader {
         for vertex in &mut mesh.vertices {
             vertex.coords.component_mul_assign(&Vector3::from(scale));
         }
-        let read = match closed_surface(&mesh, &file.display().to_string()) {
-            Ok(mesh) => ReadMesh::Closed(mesh),
+        let closed = closed_surface(&mesh, &file.display().to_string());
+        // What distances cannot be measured to is of no more use than an open mesh.
+        let usable = closed.and_then(|closed| SignedDistance::new(&closed).map(|_| closed));
+        let read = match usable {
+            Ok(closed) => ReadMesh::Closed(closed),
             Err(error) => ReadMesh::Open(mesh, error.to_string()),
         };
         self.meshes.insert(key, read.clone());
