@@ -325,3 +325,26 @@ fn the_same_options_give_the_same_hand() {
     let other = allegro(&HandOptions { seed: 1, ..options }).unwrap();
     assert_ne!(a.local_contact_points(), other.local_contact_points());
 }
+
+#[test]
+fn options_are_checked_and_obeyed() {
+    let plain = HandOptions {
+        contact_points: 100,
+        collision_spheres: 0,
+        ..HandOptions::default()
+    };
+    let hand = allegro(&plain).unwrap();
+    assert!(
+        hand.collision_spheres().radius.is_empty() && hand.collision_spheres().pairs.is_empty()
+    );
+    let few = hand.contact_points().count;
+    assert!((80..120).contains(&few), "{few} contact points");
+    for contact_points in [0, 7, usize::MAX] {
+        let message = allegro(&HandOptions {
+            contact_points,
+            ..plain.clone()
+        });
+        let message = message.expect_err("out of range").to_string();
+        assert!(message.contains("contact_points"), "{message}");
+    }
+}
