@@ -100,6 +100,21 @@ fn faults_are_named() {
             b"v 0 0 0\nf 1 //2 3\n".to_vec(),
             "is not a face corner",
         ),
+        (
+            "obj",
+            b"v 0 0 0\nf 1 1 1\nf 1 \\\n/1 1\n".to_vec(),
+            "line 4: \"/1\" is not a face corner",
+        ),
+        (
+            "obj",
+            b"v 0 0 0\ng\nv 0 0 0 x\n".to_vec(),
+            "line 3: \"x\" is not a number",
+        ),
+        (
+            "obj",
+            b"v 0 0 0\nv 0 1e300 0 1e-300\nf 1 1 1\n".to_vec(),
+            "line 2: vertex 1 is not finite (0, inf, 0)",
+        ),
         ("off", b"solid x".to_vec(), "must start with OFF"),
         (
             "off",
@@ -158,6 +173,11 @@ fn faults_are_named() {
             "stl",
             stl("vertex 0 1 nan\n").into_bytes(),
             "line 6: vertex 2 is not finite",
+        ),
+        (
+            "stl",
+            stl("vertex 0 1e39 0\n").into_bytes(),
+            "line 6: vertex 2 is not finite (0, inf, 0)",
         ),
         ("stl", stl("").into_bytes(), "line 6: a facet has 2 corners"),
         (

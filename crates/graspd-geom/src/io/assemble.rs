@@ -32,10 +32,6 @@ impl<'a> Assembly<'a> {
         }
     }
 
-    pub(super) fn vertex_count(&self) -> usize {
-        self.vertices.len()
-    }
-
     /// Adds a vertex.
     pub(super) fn push_vertex(
         &mut self,
@@ -67,15 +63,6 @@ impl<'a> Assembly<'a> {
     ) {
         self.corners.extend(corners);
         self.polygons.push((self.corners.len(), line));
-    }
-
-    /// The error for bytes that do not follow the format.
-    pub(super) fn parse_error(
-        &self,
-        line: Option<usize>,
-        fault: impl Into<String>,
-    ) -> GeometryError {
-        parse_error(self.path, line, fault)
     }
 
     /// The mesh: indices checked, polygons triangulated, degenerate ones dropped.

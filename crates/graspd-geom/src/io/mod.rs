@@ -21,7 +21,7 @@ const READABLE: &str = ".obj, .stl, .ply, .off";
 ///
 /// * OBJ: all objects and groups as one mesh, vertices as indexed in the file; texture, normals, colours and
 ///   materials are ignored.
-/// * STL, binary or text: corners at the same position become one vertex.
+/// * STL, binary or text, in single precision: corners at the same position become one vertex.
 /// * PLY, binary or text: the elements `vertex` and `face`.
 /// * OFF, also COFF, NOFF and the like: colours and normals are ignored.
 ///
