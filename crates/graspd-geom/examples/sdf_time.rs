@@ -5,7 +5,7 @@
 
 use std::time::Instant;
 
-use graspd_ad::{Kernel, Real, vectorize};
+use graspd_ad::{Dual, Kernel, Real, vectorize};
 use graspd_geom::{SdfGrid, SignedDistance, Vec3, load_mesh};
 use nalgebra::Point3;
 use rand::{Rng, SeedableRng};
@@ -23,7 +23,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let prepared = start.elapsed();
     let grid = SdfGrid::build(&surface, resolution, 0.01, &|_| {})?;
     let wall = start.elapsed();
-    let checksum: f64 = grid.values().iter().map(|&value| f64::from(value)).sum();
+    let checksum: f64 = grid.to_values().into_iter().map(f64::from).sum();
     println!(
         "{path}: {} faces, {resolution}^3: wall {:.2} s (tree {:.3} s), CPU {:.2} s, peak {} MB, sum {checksum:.9}",
         mesh.faces.len(),
@@ -87,6 +87,42 @@ fn time_queries(surface: &SignedDistance, grid: &SdfGrid) {
             points: &single,
         })
     });
+    time("lookup with second derivatives, lanes", 500, &|| {
+        vectorize(DualLookup(Lookup {
+            grid,
+            points: &single,
+        }))
+    });
+}
+
+/// Lookups as duals: with derivatives of the gradient.
+struct DualLookup<'a>(Lookup<'a>);
+
+impl Kernel for DualLookup<'_> {
+    type Output = f64;
+
+    #[inline(always)]
+    fn run<L: Real<Element = f32>>(self) -> f64 {
+        let [x, y, z] = self.0.points;
+        let mut sum = Dual::<L, 3>::constant(L::zero());
+        for at in (0..x.len()).step_by(L::LANES) {
+            let p = Vec3::new(
+                Dual::variable(L::load(&x[at..]), 0),
+                Dual::variable(L::load(&y[at..]), 1),
+                Dual::variable(L::load(&z[at..]), 2),
+            );
+            let (distance, gradient) = self.0.grid.distance_and_gradient(p);
+            sum = sum + distance + gradient.x + gradient.y + gradient.z;
+        }
+        let mut total = 0.0;
+        for lane in 0..L::LANES {
+            total += sum.value.lane(lane)
+                + sum.derivative[0].lane(lane)
+                + sum.derivative[1].lane(lane)
+                + sum.derivative[2].lane(lane);
+        }
+        total
+    }
 }
 
 struct Lookup<'a> {

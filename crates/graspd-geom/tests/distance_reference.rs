@@ -102,7 +102,7 @@ fn grid_of_a_scan_equals_direct_queries_and_does_not_depend_on_threads() {
     let padding = Vector3::repeat(0.01);
     assert!((serial.bounds().0 - (low - padding)).norm() < DISTANCE_TOLERANCE);
     assert!((serial.bounds().1 - (high + padding)).norm() < DISTANCE_TOLERANCE);
-    for (at, value) in serial.values().iter().enumerate() {
+    for (at, value) in serial.to_values().iter().enumerate() {
         let p = serial.node([at % 33, at / 33 % 33, at / (33 * 33)]);
         assert_eq!(*value, surface.signed_distance(&p) as f32);
     }

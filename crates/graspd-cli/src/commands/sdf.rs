@@ -89,8 +89,9 @@ fn build(arguments: &Arguments) -> Result<()> {
 fn npz(grid: &SdfGrid) -> Result<Vec<u8>> {
     use ndarray::ShapeBuilder;
     let [nx, ny, nz] = grid.dims();
-    let view = ndarray::ArrayView3::from_shape((nx, ny, nz).f(), grid.values())
-        .context("the grid's shape")?;
+    let values = grid.to_values();
+    let view =
+        ndarray::ArrayView3::from_shape((nx, ny, nz).f(), &values).context("the grid's shape")?;
     let (origin, spacing) = (grid.origin(), grid.spacing());
     let mut bytes = std::io::Cursor::new(Vec::new());
     let mut npz = ndarray_npy::NpzWriter::new_compressed(&mut bytes);

@@ -8,10 +8,11 @@ use rayon::prelude::*;
 use super::SdfGrid;
 use super::grid::{allocate, check_dims, node};
 use super::rows::Rows;
+use super::tiles::BLOCK_SIDES;
 use crate::distance::{PACKET, PacketSearch, SignedDistance, Slack};
 use crate::{GeometryError, Vec3};
 
-/// Layers that one task fills: as thick as a packet.
+/// Layers that are filled at a time: as many as a packet is thick.
 const THICKNESS: usize = 2;
 
 impl SdfGrid {
@@ -50,60 +51,75 @@ impl SdfGrid {
         let slack = slack.ok_or_else(|| GeometryError::GridExtent {
             what: "the box is too large".into(),
         })?;
-        let mut values = allocate(dims)?;
-        values.resize(resolution.pow(3), 0.0);
+        let mut grid = Self {
+            origin,
+            spacing,
+            tiles: allocate(dims)?,
+        };
+        let map = grid.tiles.map();
         let done = AtomicUsize::new(0);
-        let layer = resolution * resolution;
-        values
-            .par_chunks_mut(THICKNESS * layer)
+        let thickness = BLOCK_SIDES[2];
+        grid.tiles
+            .places_mut()
+            .par_chunks_mut(map.layer())
             .enumerate()
-            .for_each(|(slab, values)| {
-                let first = slab * THICKNESS;
-                let layers = values.len() / layer;
-                let rows = Rows {
-                    origin,
-                    spacing,
-                    nx: resolution,
-                    ny: resolution,
-                    layers: (first, first + layers),
-                };
-                vectorize(FillDistances {
-                    surface,
-                    rows: &rows,
-                    slack,
-                    values,
-                });
-                let winding = rows.winding_numbers(surface.tree().corners());
-                for (value, winding) in values.iter_mut().zip(winding) {
-                    if winding > 0 && *value > 0.0 {
-                        *value = -*value;
+            .for_each(|(slab, places)| {
+                let slab = slab * thickness..resolution.min((slab + 1) * thickness);
+                for first in slab.clone().step_by(THICKNESS) {
+                    let layers = (first, slab.end.min(first + THICKNESS));
+                    let rows = Rows {
+                        origin,
+                        spacing,
+                        nx: resolution,
+                        ny: resolution,
+                        layers,
+                    };
+                    for ([i, j, k], value) in rows.indices().zip(signed_rows(surface, rows, slack))
+                    {
+                        places[map.place([i, j, k - slab.start])] = value;
                     }
                 }
-                let done = done.fetch_add(layers, Ordering::Relaxed) + layers;
+                let done = done.fetch_add(slab.len(), Ordering::Relaxed) + slab.len();
                 progress(done as f64 / resolution as f64);
             });
-        Self::from_values(origin, spacing, dims, values)
+        Ok(grid)
     }
 }
 
-/// Unsigned distances at all nodes of one or two layers.
-struct FillDistances<'a> {
-    surface: &'a SignedDistance,
-    rows: &'a Rows,
-    slack: Slack,
-    values: &'a mut [f32],
+/// Signed distances at all nodes of one or two layers, x fastest.
+fn signed_rows(surface: &SignedDistance, rows: Rows, slack: Slack) -> impl Iterator<Item = f32> {
+    let distances = vectorize(Distances {
+        surface,
+        rows,
+        slack,
+    });
+    let winding = rows.winding_numbers(surface.tree().corners());
+    let sign = |(distance, winding): (f32, i32)| {
+        if winding > 0 && distance > 0.0 {
+            -distance
+        } else {
+            distance
+        }
+    };
+    distances.into_iter().zip(winding).map(sign)
 }
 
-impl Kernel for FillDistances<'_> {
-    type Output = ();
+/// Unsigned distances at all nodes of one or two layers.
+struct Distances<'a> {
+    surface: &'a SignedDistance,
+    rows: Rows,
+    slack: Slack,
+}
+
+impl Kernel for Distances<'_> {
+    type Output = Vec<f32>;
 
     #[inline(always)]
-    fn run<L: Real<Element = f32>>(self) {
+    fn run<L: Real<Element = f32>>(self) -> Vec<f32> {
         let Self {
             surface,
             rows,
             slack,
-            values,
         } = self;
         let Rows {
             origin,
@@ -111,7 +127,8 @@ impl Kernel for FillDistances<'_> {
             nx,
             ny,
             layers,
-        } = *rows;
+        } = rows;
+        let mut values = vec![0.0; nx * ny * (layers.1 - layers.0)];
         let last = [nx, ny, layers.1].map(|n| n - 1);
         let mut search = PacketSearch::<L>::new(surface.tree());
         for y in 0..ny.div_ceil(2) {
@@ -144,5 +161,6 @@ impl Kernel for FillDistances<'_> {
                 }
             }
         }
+        values
     }
 }

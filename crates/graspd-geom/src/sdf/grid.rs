@@ -2,6 +2,7 @@
 
 use nalgebra::Point3;
 
+use super::tiles::Tiles;
 use crate::{GeometryError, Vec3};
 
 /// Most samples along one axis.
@@ -9,18 +10,17 @@ pub(super) const MAX_RESOLUTION: usize = 1024;
 
 /// Signed distances sampled at the nodes of a box-shaped grid: the smoothed, differentiable shape of an object.
 ///
-/// Node (i, j, k) lies at `origin + (i, j, k) * spacing` and its value is number `i + nx (j + ny k)`. How to look
-/// up the distance between nodes is said at [`SdfGrid::distance_and_gradient`].
+/// Node (i, j, k) lies at `origin + (i, j, k) * spacing`. How to look up the distance between nodes is said at
+/// [`SdfGrid::distance_and_gradient`].
 #[derive(Clone, Debug, PartialEq)]
 pub struct SdfGrid {
-    pub(super) dims: [usize; 3],
     pub(super) origin: Vec3<f64>,
     pub(super) spacing: Vec3<f64>,
-    pub(super) values: Vec<f32>,
+    pub(super) tiles: Tiles,
 }
 
 impl SdfGrid {
-    /// A grid of given values, x fastest, such as one read from a file.
+    /// A grid of given values, such as one read from a file; that of node (i, j, k) is number `i + nx (j + ny k)`.
     ///
     /// # Errors
     /// Fewer than 2 or more than 1024 samples along an axis, an origin or spacing that is not finite, a spacing
@@ -29,8 +29,9 @@ impl SdfGrid {
         origin: Vec3<f64>,
         spacing: Vec3<f64>,
         dims: [usize; 3],
-        values: Vec<f32>,
+        values: impl AsRef<[f32]>,
     ) -> Result<Self, GeometryError> {
+        let values = values.as_ref();
         check_dims(dims)?;
         let bad_values = |what| GeometryError::GridValues { dims, what };
         let bad_extent = |what: &str| GeometryError::GridExtent { what: what.into() };
@@ -48,11 +49,18 @@ impl SdfGrid {
                 return Err(bad_extent("the spacing is not positive and finite"));
             }
         }
+        let mut tiles = allocate(dims)?;
+        let map = tiles.map();
+        for (row, values) in values.chunks_exact(dims[0]).enumerate() {
+            for (i, value) in values.iter().enumerate() {
+                let place = map.place([i, row % dims[1], row / dims[1]]);
+                tiles.places_mut()[place] = *value;
+            }
+        }
         Ok(Self {
-            dims,
             origin,
             spacing,
-            values,
+            tiles,
         })
     }
 
@@ -67,7 +75,7 @@ impl SdfGrid {
         mut function: impl FnMut(Vec3<f64>) -> f64,
     ) -> Result<Self, GeometryError> {
         check_dims(dims)?;
-        let mut values = allocate(dims)?;
+        let mut values = Vec::new();
         for k in 0..dims[2] {
             for j in 0..dims[1] {
                 for i in 0..dims[0] {
@@ -75,12 +83,12 @@ impl SdfGrid {
                 }
             }
         }
-        Self::from_values(origin, spacing, dims, values)
+        Self::from_values(origin, spacing, dims, &values)
     }
 
     /// Samples along x, y and z.
     pub fn dims(&self) -> [usize; 3] {
-        self.dims
+        self.tiles.dims()
     }
     /// Position of the first sample \[m\].
     pub fn origin(&self) -> Vec3<f64> {
@@ -90,16 +98,28 @@ impl SdfGrid {
     pub fn spacing(&self) -> Vec3<f64> {
         self.spacing
     }
-    /// The samples \[m\], x fastest.
-    pub fn values(&self) -> &[f32] {
-        &self.values
+    /// A copy of the samples \[m\]; that of node (i, j, k) is number `i + nx (j + ny k)`.
+    pub fn to_values(&self) -> Vec<f32> {
+        let [nx, ny, nz] = self.dims();
+        let mut values = Vec::with_capacity(nx * ny * nz);
+        for k in 0..nz {
+            for j in 0..ny {
+                values.extend((0..nx).map(|i| self.value([i, j, k])));
+            }
+        }
+        values
     }
     /// The sample at node (i, j, k) \[m\].
     ///
     /// # Panics
     /// If the node does not exist.
-    pub fn value(&self, [i, j, k]: [usize; 3]) -> f32 {
-        self.values[i + self.dims[0] * (j + self.dims[1] * k)]
+    pub fn value(&self, index: [usize; 3]) -> f32 {
+        let dims = self.dims();
+        assert!(
+            (0..3).all(|axis| index[axis] < dims[axis]),
+            "no node {index:?} in a grid of {dims:?}"
+        );
+        self.tiles.places()[self.tiles.map().place(index)]
     }
     /// Position of node (i, j, k) \[m\].
     pub fn node(&self, index: [usize; 3]) -> Point3<f64> {
@@ -107,7 +127,7 @@ impl SdfGrid {
     }
     /// The lowest and highest corner of the grid's box \[m\].
     pub fn bounds(&self) -> (Point3<f64>, Point3<f64>) {
-        (self.node([0; 3]), self.node(self.dims.map(|n| n - 1)))
+        (self.node([0; 3]), self.node(self.dims().map(|n| n - 1)))
     }
 }
 
@@ -132,15 +152,10 @@ pub(super) fn check_dims(dims: [usize; 3]) -> Result<(), GeometryError> {
     }
 }
 
-/// An empty vector with room for a grid.
-pub(super) fn allocate(dims: [usize; 3]) -> Result<Vec<f32>, GeometryError> {
-    let count = dims.iter().product();
-    let mut values = Vec::new();
-    values
-        .try_reserve_exact(count)
-        .map_err(|_| GeometryError::GridMemory {
-            dims,
-            bytes: count * size_of::<f32>(),
-        })?;
-    Ok(values)
+/// Room for a grid's samples.
+pub(super) fn allocate(dims: [usize; 3]) -> Result<Tiles, GeometryError> {
+    Tiles::zeros(dims).ok_or_else(|| GeometryError::GridMemory {
+        dims,
+        bytes: dims.iter().product::<usize>() * size_of::<f32>(),
+    })
 }

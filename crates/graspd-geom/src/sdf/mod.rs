@@ -4,5 +4,6 @@ mod build;
 mod grid;
 mod query;
 mod rows;
+mod tiles;
 
 pub use grid::SdfGrid;

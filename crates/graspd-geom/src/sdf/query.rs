@@ -8,6 +8,9 @@ use crate::Vec3;
 /// No scalar has more lanes than this.
 const MAX_LANES: usize = 16;
 
+/// The part that one axis adds to a place in memory, for each lane.
+type Parts = [u32; MAX_LANES];
+
 /// The cell around a point: the distances at its corners and where in it the point is.
 struct Cell<T: Real> {
     /// Corner values, x fastest.
@@ -81,39 +84,51 @@ impl SdfGrid {
     #[inline(always)]
     fn cell<T: Real>(&self, p: Vec3<T>) -> Cell<T> {
         const { assert!(T::LANES <= MAX_LANES) };
-        let [nx, ny, nz] = self.dims;
-        let (x, x_within) = nearest_in(p.x, self.origin.x, self.spacing.x, nx);
-        let (y, y_within) = nearest_in(p.y, self.origin.y, self.spacing.y, ny);
-        let (z, z_within) = nearest_in(p.z, self.origin.z, self.spacing.z, nz);
-        let (i, x_at) = split(x, self.origin.x, self.spacing.x, nx);
-        let (j, y_at) = split(y, self.origin.y, self.spacing.y, ny);
-        let (k, z_at) = split(z, self.origin.z, self.spacing.z, nz);
-        let mut first = [0; MAX_LANES];
-        for lane in 0..T::LANES {
-            first[lane] = i[lane] as usize + nx * (j[lane] as usize + ny * k[lane] as usize);
+        let [nx, ny, nz] = self.dims();
+        let (x_near, x_within) = nearest_in(p.x, self.origin.x, self.spacing.x, nx);
+        let (y_near, y_within) = nearest_in(p.y, self.origin.y, self.spacing.y, ny);
+        let (z_near, z_within) = nearest_in(p.z, self.origin.z, self.spacing.z, nz);
+        let (i, x_at) = split(x_near, self.origin.x, self.spacing.x, nx);
+        let (j, y_at) = split(y_near, self.origin.y, self.spacing.y, ny);
+        let (k, z_at) = split(z_near, self.origin.z, self.spacing.z, nz);
+        let (mut x, mut y, mut z) = (
+            [[0; MAX_LANES]; 2],
+            [[0; MAX_LANES]; 2],
+            [[0; MAX_LANES]; 2],
+        );
+        let map = self.tiles.map();
+        for side in 0..2 {
+            for lane in 0..T::LANES {
+                x[side][lane] = map.x(i[lane] + side as u32);
+                y[side][lane] = map.y(j[lane] + side as u32);
+                z[side][lane] = map.z(k[lane] + side as u32);
+            }
         }
-        let layer = nx * ny;
         Cell {
             corners: [
-                self.corner(&first, 0),
-                self.corner(&first, 1),
-                self.corner(&first, nx),
-                self.corner(&first, nx + 1),
-                self.corner(&first, layer),
-                self.corner(&first, layer + 1),
-                self.corner(&first, layer + nx),
-                self.corner(&first, layer + nx + 1),
+                self.corner(&x[0], &y[0], &z[0]),
+                self.corner(&x[1], &y[0], &z[0]),
+                self.corner(&x[0], &y[1], &z[0]),
+                self.corner(&x[1], &y[1], &z[0]),
+                self.corner(&x[0], &y[0], &z[1]),
+                self.corner(&x[1], &y[0], &z[1]),
+                self.corner(&x[0], &y[1], &z[1]),
+                self.corner(&x[1], &y[1], &z[1]),
             ],
             at: Vec3::new(x_at, y_at, z_at),
-            outside: p - Vec3::new(x, y, z),
+            outside: p - Vec3::new(x_near, y_near, z_near),
             within: [x_within, y_within, z_within],
         }
     }
 
-    /// The samples that lie by `offset` after the first ones of the cells.
+    /// The samples at the places that are the sums of three parts.
     #[inline(always)]
-    fn corner<T: Real>(&self, first: &[usize; MAX_LANES], offset: usize) -> T {
-        T::gather(&self.values, |lane| first[lane] + offset)
+    fn corner<T: Real>(&self, x: &Parts, y: &Parts, z: &Parts) -> T {
+        let mut places = [0; MAX_LANES];
+        for lane in 0..T::LANES {
+            places[lane] = x[lane] + y[lane] + z[lane];
+        }
+        T::gather(self.tiles.places(), |lane| places[lane] as usize)
     }
 }
 

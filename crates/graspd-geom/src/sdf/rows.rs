@@ -42,6 +42,13 @@ impl Rows {
         winding
     }
 
+    /// The indices of all nodes, x fastest.
+    pub(super) fn indices(&self) -> impl Iterator<Item = [usize; 3]> + use<> {
+        let Self { nx, ny, layers, .. } = *self;
+        let rows = (layers.0..layers.1).flat_map(move |k| (0..ny).map(move |j| [j, k]));
+        rows.flat_map(move |[j, k]| (0..nx).map(move |i| [i, j, k]))
+    }
+
     fn draw(&self, corners: &[Point3<f64>; 3], winding: &mut [i32]) {
         let (first, end) = self.layers;
         let (k_first, k_last) = covered(corners, 2, self.origin.z, self.spacing.z);
