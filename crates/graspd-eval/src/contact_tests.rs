@@ -1,7 +1,7 @@
 //! Contact area, interpenetration, penetration depth and contacts of solids whose values are known in closed form.
 
 use graspd_geom::{SignedDistance, TriangleMesh};
-use nalgebra::{Isometry3, Point3, Vector3};
+use nalgebra::{Isometry3, Vector3};
 use std::f64::consts::PI;
 
 use crate::contact_area::contact_area_cm2;
@@ -73,10 +73,10 @@ fn overlap_of_boxes() {
 #[test]
 fn overlap_of_spheres_converges_to_the_lens() {
     let (a, b, apart) = (0.03, 0.02, 0.04);
-    // Finer facets than voxels: at 48 rings a sphere of 3 cm loses 0.2 % of its volume, and the lens 1 %.
+    // Facets of about a millimetre: the spheres lose 0.1 % of their volume, and the lens 1 %.
     let (hand, object) = (
-        sphere_mesh([0.0; 3], a, 48),
-        sphere_mesh([0.0, apart, 0.0], b, 48),
+        sphere_mesh([0.0; 3], a, 24),
+        sphere_mesh([0.0, apart, 0.0], b, 24),
     );
     let (hand, object) = (hand.transformed(&tilt()), object.transformed(&tilt()));
     let sum: f64 = a + b - apart;
@@ -168,13 +168,11 @@ fn contacts_lie_on_the_object_and_push_into_it() {
 }
 
 #[test]
-fn depth_of_a_sphere_between_vertices() {
-    // A coarse face pressed in with its middle: no vertex is the deepest point of the object's corner in it.
+fn depth_of_a_sphere_in_the_middle_of_a_face() {
+    // No vertex of the hand is near the deepest point of its large face.
     let hand = box_mesh([0.0, 0.0, 0.05], [0.2, 0.2, 0.1]);
-    let object = sphere_mesh([0.001, 0.002, -0.0195], 0.02, 40);
+    let object = sphere_mesh([0.001, 0.002, -0.0195], 0.02, 20);
     let (_, deepest, _) = touch(&hand, &object, 1e-3);
-    // One point a voxel: up to 0.7 mm beside the pole, where the facets fall by 4 %.
+    // One point a voxel: up to 0.7 mm beside the deepest, where a sphere and its facets fall by 0.02 mm.
     assert!((deepest - 0.5).abs() < 0.04, "{deepest}");
-    let at = Point3::new(0.001, 0.002, 0.0005);
-    assert!(distance(&object).signed_distance(&at).abs() < 1e-12);
 }

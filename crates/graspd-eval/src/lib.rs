@@ -1,6 +1,26 @@
 //! The judge: metrics of grasps in plain `f64`, none of which shares contact code with what they judge.
 //!
-//! # Example
+//! # Examples
+//! All metrics of a grasp, from two meshes in one frame:
+//! ```
+//! use graspd_eval::{EvaluationSettings, ObjectUnderTest, evaluate};
+//! use graspd_geom::{TriangleMesh, box_mesh, capsule_mesh};
+//! use nalgebra::{Isometry3, Vector3};
+//!
+//! let carton = box_mesh(Vector3::new(0.06, 0.08, 0.05), 0.08);
+//! let object = ObjectUnderTest::new(&carton)?;
+//! // Two fingers, each pressed 0.4 mm into a side of the carton, 6 cm wide.
+//! let finger = capsule_mesh(0.01, 0.03, 0.002);
+//! let mut hand = TriangleMesh::default();
+//! for x in [-0.0396, 0.0396] {
+//!     hand.append(&finger.transformed(&Isometry3::translation(x, 0.0, 0.0)));
+//! }
+//! let metrics = evaluate(&object, &hand, &EvaluationSettings::default())?;
+//! assert!((metrics.max_penetration_mm.unwrap() - 0.4).abs() < 0.02);
+//! assert!(metrics.sim_displacement_cm.unwrap() < 0.1);
+//! # Ok::<(), graspd_eval::EvaluationError>(())
+//! ```
+//!
 //! Four contacts on a sphere of radius 3 cm, as a tetrahedron, hold it against any disturbance:
 //! ```
 //! use graspd_eval::{Contact, FRICTION_EDGES, grasp_quality, grasp_wrenches};

@@ -227,9 +227,21 @@ pub fn evaluate(
     Ok(metrics)
 }
 
+/// Largest hand \[m\]: one whose coordinates are not in metres would ask for more voxels than there is time for.
+const LARGEST_HAND: f64 = 5.0;
+
 fn hand_solid(hand: &TriangleMesh) -> Result<SignedDistance, EvaluationError> {
-    SignedDistance::new(hand).map_err(|error| EvaluationError::BadMesh {
+    let bad = |fault: String| EvaluationError::BadMesh {
         mesh: "hand",
-        fault: error.to_string(),
-    })
+        fault,
+    };
+    if let Some((low, high)) = hand.bounds() {
+        let extent = (high - low).max();
+        if extent > LARGEST_HAND {
+            return Err(bad(format!(
+                "it is {extent} m across; coordinates must be in metres"
+            )));
+        }
+    }
+    SignedDistance::new(hand).map_err(|error| bad(error.to_string()))
 }

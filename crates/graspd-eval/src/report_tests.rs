@@ -110,6 +110,8 @@ fn bad_input_is_named() {
         matches!(error, EvaluationError::BadMesh { mesh: "hand", .. }),
         "{error}"
     );
+    let error = evaluate(&object, &pads.scaled(1000.0), &settings).unwrap_err();
+    assert!(error.to_string().contains("metres"), "{error}");
     let settings = EvaluationSettings {
         voxel_size: f64::NAN,
         ..settings
@@ -122,7 +124,7 @@ fn bad_input_is_named() {
 
 #[test]
 fn torque_scale_and_center_are_those_of_the_solid() {
-    let object = ObjectUnderTest::new(&sphere_mesh([0.1, 0.2, 0.3], 0.04, 24)).unwrap();
+    let object = ObjectUnderTest::new(&sphere_mesh([0.1, 0.2, 0.3], 0.04, 8)).unwrap();
     assert!((object.center_of_mass() - nalgebra::Point3::new(0.1, 0.2, 0.3)).norm() < 1e-9);
     assert!((object.torque_scale() - 0.04).abs() < 1e-9);
 }

@@ -99,13 +99,13 @@ pub(crate) fn surface_voxels(
         let Some(polygon) = clip_to_box(&corners, &low, &high) else {
             continue;
         };
-        let (_, middle) = area_and_centroid(&polygon);
-        let radius = (polygon.iter().map(|p| (p - middle).norm())).fold(0.0, f64::max);
-        let bound = radius + half_diagonal + reach;
-        if object.closest_within(&middle, bound).is_none() && !object.is_inside(&middle) {
-            continue;
-        }
-        for_each_voxel(polygon, size, &mut |voxel, fragment| {
+        let is_near = |polygon: &[Point3<f64>]| {
+            let (_, middle) = area_and_centroid(polygon);
+            let radius = (polygon.iter().map(|p| (p - middle).norm())).fold(0.0, f64::max);
+            let bound = radius + half_diagonal + reach;
+            object.closest_within(&middle, bound).is_some() || object.is_inside(&middle)
+        };
+        for_each_voxel(polygon, size, &is_near, &mut |voxel, fragment| {
             let (area, point) = area_and_centroid(fragment);
             let index = *index_of.entry(voxel).or_insert_with(|| {
                 let center = Point3::from(voxel.map(|i| (i as f64 + 0.5) * size));
@@ -135,13 +135,34 @@ pub(crate) fn surface_voxels(
 /// Where a surface is tested for being buried: this far outside it \[m\].
 const BURIED_PROBE: f64 = 1e-6;
 
-/// Calls `visit` with each voxel that a convex polygon passes through and the part of the polygon within it. The
-/// parts make up the polygon: one in a plane between voxels belongs to those above it.
+/// Longest side of a piece of a face that is cut into voxels without asking first whether it is near \[voxels\].
+const COARSE: f64 = 6.0;
+
+/// Calls `visit` with each voxel that a convex polygon passes through and the part of the polygon within it, but
+/// for what lies in larger parts that are not `is_near`. The parts make up the polygon: one in a plane between
+/// voxels belongs to those above it.
 fn for_each_voxel(
     polygon: Vec<Point3<f64>>,
     size: f64,
+    is_near: &impl Fn(&[Point3<f64>]) -> bool,
     visit: &mut impl FnMut([i64; 3], &[Point3<f64>]),
 ) {
+    if !is_near(&polygon) {
+        return;
+    }
+    let sides = [0, 1, 2].map(|axis| extent(&polygon, axis));
+    let length = |axis: &usize| sides[*axis].1 - sides[*axis].0;
+    if let Some(axis) = (0..3).max_by(|a, b| length(a).total_cmp(&length(b)))
+        && length(&axis) > COARSE * size
+    {
+        // Between voxels, so that none is cut in two.
+        let middle = (0.5 * (sides[axis].0 + sides[axis].1) / size).round() * size;
+        let (below, above) = clip(&polygon, axis, middle);
+        for half in [below, above].into_iter().flatten() {
+            for_each_voxel(half, size, is_near, visit);
+        }
+        return;
+    }
     for_each_slab(polygon, 0, size, &mut |x, slab| {
         for_each_slab(slab, 1, size, &mut |y, column| {
             for_each_slab(column, 2, size, &mut |z, fragment| {

@@ -92,20 +92,28 @@ impl FixedHand {
     /// From the posed surface in the object's frame: closed, outward-oriented parts.
     ///
     /// # Errors
-    /// [`EvaluationError::BadMesh`] if the mesh has no faces.
+    /// [`EvaluationError::BadMesh`] if the mesh has no faces, an index beyond its vertices, or a coordinate that is
+    /// not finite.
     pub fn new(hand: &TriangleMesh) -> Result<Self, EvaluationError> {
+        let bad = |fault: String| EvaluationError::BadMesh {
+            mesh: "hand",
+            fault,
+        };
+        if hand.vertices.iter().any(|p| !p.coords.sum().is_finite()) {
+            return Err(bad("a coordinate is not a finite number".into()));
+        }
+        let count = hand.vertices.len();
+        if (hand.faces.iter().flatten()).any(|&index| index as usize >= count) {
+            return Err(bad("a face refers to a vertex that does not exist".into()));
+        }
         let vertices = hand
             .vertices
             .iter()
             .map(|p| Vector::new(p.x, p.y, p.z))
             .collect();
         let flags = TriMeshFlags::FIX_INTERNAL_EDGES | TriMeshFlags::DELETE_DEGENERATE_TRIANGLES;
-        let mesh = TriMesh::with_flags(vertices, hand.faces.clone(), flags).map_err(|error| {
-            EvaluationError::BadMesh {
-                mesh: "hand",
-                fault: error.to_string(),
-            }
-        })?;
+        let mesh = TriMesh::with_flags(vertices, hand.faces.clone(), flags)
+            .map_err(|error| bad(error.to_string()))?;
         Ok(Self {
             shape: SharedShape::new(mesh),
         })
