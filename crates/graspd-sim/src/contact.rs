@@ -5,7 +5,21 @@ use graspd_geom::Vec3;
 
 use crate::params::{ContactParams, Twist, Wrench};
 
-/// What the contact law needs to know of one contact, whatever the object's velocity is.
+/// What the contact law needs to know of one contact, whatever the object's velocity is; object frame.
+///
+/// ```
+/// use graspd_geom::Vec3;
+/// use graspd_sim::{ContactParams, ContactState, Twist};
+///
+/// // 1 mm inside the top of a ball of 5 cm, which moves to the side at 2 cm/s.
+/// let point = Vec3::new(0.0, 0.0, 0.049);
+/// let contact = ContactState::new(point.norm() - 0.05, point, point, 0.1);
+/// let twist = Twist { linear: Vec3::new(0.02, 0.0, 0.0), angular: Vec3::zero() };
+/// let wrench = contact.wrench(&twist, &ContactParams::default());
+/// // 1e6 N/m push the ball down; 0.8 times as much holds it back.
+/// assert!((wrench.force - Vec3::new(-800.0, 0.0, -1000.0)).norm() < 1e-6);
+/// assert!((wrench.torque - Vec3::new(0.0, -800.0 * 0.049, 0.0)).norm() < 1e-6);
+/// ```
 #[derive(Clone, Copy, Debug)]
 pub struct ContactState<T> {
     /// |min(d, 0)|, how far the contact is inside the (dilated) object \[m\]; its derivative leaks where d > 0.
@@ -17,9 +31,11 @@ pub struct ContactState<T> {
 }
 
 impl<T: Real> ContactState<T> {
-    /// From the signed distance `d` \[m\] to the (dilated) surface and its gradient at the contact.
+    /// From the signed distance d \[m\] to the (dilated) surface, the distance's gradient, of any length, and the
+    /// lever r_c \[m\].
     ///
-    /// At d = 0 the derivative of the depth is that of contact; where d > 0 the fraction `leak` of it.
+    /// The depth has a kink at d = 0: up to there its derivative is that of contact, -1 times that of d; where d > 0
+    /// it is the fraction `leak` of that instead of 0. Where `gradient` is zero, so is the derivative of the normal.
     #[inline(always)]
     pub fn new(distance: T, gradient: Vec3<T>, lever: Vec3<T>, leak: f64) -> Self {
         Self {
@@ -38,8 +54,9 @@ impl<T: Real> ContactState<T> {
     /// f = -k_n |c| n + min(k_f |c| |u_t|, mu k_n |c|) u_t / |u_t|,    wrench = (r_c x f, f)
     /// ```
     ///
-    /// At u_t = 0 the friction is 0 and so is its derivative. At the corner between sticking and sliding the
-    /// derivative is that of sticking.
+    /// At u_t = 0 the friction is 0 and so is its derivative (by the twist, the limit from sticking would be k_f |c|).
+    /// At the corner between sticking and sliding, |u_t| = mu k_n / k_f, the derivative is that of sticking. The force
+    /// is continuous in depth and twist, and in the normal but where that is zero.
     ///
     /// # Source
     /// Grasp'D (ECCV 2022), section 3.2 and supplementary A.5; the friction's stiffness scales with the depth.

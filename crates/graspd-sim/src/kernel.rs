@@ -11,7 +11,7 @@ use crate::params::{ContactParams, Twist, Wrench};
 /// Numbers in a wrench: the torque's three, then the force's three.
 pub(crate) const WRENCH_LEN: usize = 6;
 
-/// A float type that contacts can be evaluated in.
+/// A float type that contacts can be evaluated in, to be used through a [`Scene`](crate::Scene).
 ///
 /// Implemented by `f64`, the reference: one contact at a time; and by `f32`: eight contacts at a time in the widest
 /// vector registers of the machine. Both run the same code.
@@ -19,7 +19,8 @@ pub trait Precision: Element {
     /// The wrench of every contact for every object velocity, `[blocks of 8][J][6][8]`.
     fn wrenches(contacts: &ContactLoop<'_, Self>, wrenches: &mut [Self]);
 
-    /// L_phys; writes its derivative by the contact positions to `gradient`.
+    /// L_phys \[N^2, and (N m)^2 for torques\], each contact counted `weight` times, `[n]`; writes its derivative by the
+    /// contact positions to `gradient`, `[n]`. `targets`: laid out as the wrenches.
     fn physics_loss(
         contacts: &ContactLoop<'_, Self>,
         weight: &[Self],
@@ -67,7 +68,7 @@ impl Precision for f32 {
     }
 }
 
-/// The contacts of a hand at an object, as the loops over them read them.
+/// The contacts of a hand at an object, as the loops over them read them: made by a [`Scene`](crate::Scene).
 pub struct ContactLoop<'a, E> {
     pub(crate) object: &'a SimulatedObject,
     pub(crate) velocities: &'a [Twist<f64>],

@@ -11,7 +11,7 @@ pub struct ContactParams {
     pub normal_stiffness: f64,
     /// k_f, friction stiffness \[N s/m^2\]; paper: 1e8.
     pub friction_stiffness: f64,
-    /// mu, Coulomb friction coefficient; paper: 0.8.
+    /// mu, Coulomb friction coefficient; paper: 0.8. Contacts slide from a speed of mu k_n / k_f on (paper: 8 mm/s).
     pub friction_coefficient: f64,
     /// alpha, the fraction of the gradient that reaches points which do not touch; paper: 0.1. With 0 a point
     /// that does not touch feels nothing.
@@ -77,7 +77,7 @@ impl SimulationParams {
     /// Checks every field.
     ///
     /// # Errors
-    /// Names the first field that is not finite, has the wrong sign, or is empty.
+    /// [`SimulationError::InvalidParameter`], which names a field that is not finite, out of its range, or empty.
     pub fn validate(&self) -> Result<(), SimulationError> {
         let invalid = |field: &'static str, value: f64, wanted: &'static str| {
             Err(SimulationError::InvalidParameter {

@@ -14,9 +14,9 @@ use crate::step::{step_twist, task_loss};
 /// The outcome of the simulated steps under a set of contact wrenches.
 #[derive(Clone, Debug)]
 pub struct TaskOutcome {
-    /// L_task.
+    /// L_task, see [`task_loss`].
     pub loss: f64,
-    /// dL_task / d(total wrench), for each velocity; the same for the wrench at each contact, `[J]`.
+    /// dL_task / d(total wrench) = 2 dt M^-1 twist', for each velocity; the same for the wrench at each contact, `[J]`.
     pub wrench_gradient: Vec<Wrench<f64>>,
 }
 
@@ -39,7 +39,9 @@ macro_rules! contact_loop {
 /// a time in vector registers. Each contact is evaluated as a dual number over its own position, and the position
 /// derivatives are pulled back to the pose by the hand.
 ///
-/// Contact wrenches are stored as `[blocks of 8 contacts][J][6][8]`, torque before force.
+/// Contact wrenches, and targets for them, are stored as `[blocks of 8 contacts][J][6][8]`, torque before force: number
+/// k of the wrench of contact c for velocity j is at `((c / 8 * J + j) * 6 + k) * 8 + c % 8`. Padding (weight 0 in
+/// [`ContactPoints`](graspd_hand::ContactPoints)) has wrenches too, which count nowhere; its targets must stay 0.
 pub struct Scene<'a, E> {
     hand: &'a dyn Hand,
     object: &'a SimulatedObject,
@@ -62,6 +64,8 @@ where
     for<'h> dyn Hand + 'h: Kinematics<E>,
 {
     /// A scene with the object undilated; call [`Scene::place`] before anything else.
+    ///
+    /// `params`: valid ones, see [`SimulationParams::validate`].
     pub fn new(
         hand: &'a dyn Hand,
         object: &'a SimulatedObject,
@@ -102,12 +106,13 @@ where
         }
     }
 
-    /// How many numbers a set of target wrenches has.
+    /// How many numbers a set of target wrenches has: 6 J for each contact, padding included.
     pub fn wrench_len(&self) -> usize {
         self.wrenches.len()
     }
 
-    /// Sets the radius by which the object is dilated \[m\] (coarse-to-fine smoothing).
+    /// Sets the radius r by which the object is dilated \[m\] (coarse-to-fine smoothing): contacts feel the distance
+    /// phi - r.
     pub fn set_smoothing(&mut self, radius: f64) {
         self.smoothing = radius;
     }
@@ -117,7 +122,7 @@ where
         self.contact = contact;
     }
 
-    /// Moves the hand.
+    /// Moves the hand; wrenches, losses and gradients stay those of the earlier pose until they are asked for again.
     pub fn place(&mut self, pose: &HandPose) {
         self.hand.forward(
             pose,
@@ -140,7 +145,7 @@ where
         &self.contacts
     }
 
-    /// The contact wrenches of the last [`Scene::contact_wrenches`].
+    /// The contact wrenches of the last [`Scene::contact_wrenches`], in \[N m\] and \[N\].
     pub fn wrenches(&self) -> &[E] {
         &self.wrenches
     }
@@ -151,8 +156,13 @@ where
         E::wrenches(&contacts, &mut self.wrenches);
     }
 
-    /// L_phys = sum_j sum_c ||f_c(q, v_j) - target_jc||^2, keeping its derivative by the contact positions for
-    /// [`Scene::pull_back`].
+    /// L_phys = sum_j sum_c ||f_c(q, v_j) - target_jc||^2 \[N^2, and (N m)^2 for torques\], keeping its derivative by the
+    /// contact positions for [`Scene::pull_back`].
+    ///
+    /// The derivative is exact in each cell of the distance grid, and leaks where contacts do not touch. It jumps where
+    /// a contact meets the surface, a face of a cell, or the corner between sticking and sliding; what it is there is
+    /// said at [`ContactState`](crate::ContactState) and at [`SdfGrid`](graspd_geom::SdfGrid). With targets 0, what
+    /// does not touch has no derivative, as its residual is 0.
     ///
     /// # Panics
     /// If `targets` is not [`Scene::wrench_len`] long.
@@ -166,7 +176,8 @@ where
         E::physics_loss(&contacts, &self.weight, targets, &mut self.contact_gradient)
     }
 
-    /// Steps the object under the target wrenches from each velocity: L_task and its gradient.
+    /// Steps the object under the target wrenches from each velocity: L_task and its gradient. Depends neither on the
+    /// pose nor on the contacts, and all numbers of `targets` count.
     ///
     /// # Panics
     /// If `targets` is not [`Scene::wrench_len`] long.
@@ -208,6 +219,9 @@ where
     /// contact wrenches of the last [`Scene::contact_wrenches`] and the outcome of the last [`Scene::task`].
     ///
     /// `gradient` is overwritten; it is 0 at padding.
+    ///
+    /// # Panics
+    /// If `targets` or `gradient` is not [`Scene::wrench_len`] long.
     pub fn target_gradient(
         &self,
         targets: &[E],
@@ -215,6 +229,11 @@ where
         task_weight: f64,
         gradient: &mut [E],
     ) {
+        assert_eq!(
+            (targets.len(), gradient.len()),
+            (self.wrenches.len(), self.wrenches.len()),
+            "one target and one slot for each wrench"
+        );
         let velocities = self.params.velocities.len();
         let physics = E::constant(2.0 * physics_weight);
         let stride = POINT_PADDING * WRENCH_LEN;
@@ -244,7 +263,8 @@ where
         }
     }
 
-    /// L_inter \[m^2\], keeping `weight` times its derivative by the sphere centres for [`Scene::pull_back`].
+    /// L_inter \[m^2\], see [`intersection_loss_gradient`], keeping `weight` times its derivative by the sphere centres
+    /// for [`Scene::pull_back`].
     pub fn intersection_loss(&mut self, weight: f64) -> f64 {
         intersection_loss_gradient(
             &self.spheres,
@@ -255,7 +275,8 @@ where
     }
 
     /// The derivative of the last [`Scene::physics_loss`] plus `weight` times the last
-    /// [`Scene::intersection_loss`] with respect to the pose that the hand was placed at.
+    /// [`Scene::intersection_loss`] with respect to the pose that the hand was placed at; a loss that has not been
+    /// asked for counts as 0. `gradient` is overwritten.
     pub fn pull_back(&mut self, pose: &HandPose, gradient: &mut PoseGradient) {
         self.hand.pullback(
             pose,
