@@ -73,6 +73,28 @@ proptest! {
     }
 
     #[test]
+    fn reverse_mode_equals_forward_mode(p in off_faces()) {
+        let grid = wavy();
+        let forward = grid.distance(lift::<f64, 3>(p));
+        let (distance, gradient) = grid.distance_and_gradient(lift::<f64, 3>(p));
+        let outputs = [forward, distance, gradient.x, gradient.y, gradient.z];
+        let (values, rows) = graspd_ad::jacobian(
+            |x| {
+                let p = Vec3::new(x[0], x[1], x[2]);
+                let (distance, gradient) = grid.distance_and_gradient(p);
+                vec![grid.distance(p), distance, gradient.x, gradient.y, gradient.z]
+            },
+            &[p.x, p.y, p.z],
+        );
+        for (output, (value, row)) in outputs.into_iter().zip(values.into_iter().zip(rows)) {
+            prop_assert_eq!(output.value, value);
+            for (forward, reverse) in output.derivative.into_iter().zip(row) {
+                prop_assert!((forward - reverse).abs() < ROUNDING * (1.0 + forward.abs()));
+            }
+        }
+    }
+
+    #[test]
     fn lanes_in_different_cells_agree_with_doubles(
         points in proptest::collection::vec(off_faces(), 8),
     ) {

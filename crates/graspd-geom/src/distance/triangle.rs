@@ -126,3 +126,53 @@ fn plus(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
 fn times(a: [f64; 3], factor: f64) -> [f64; 3] {
     [a[0] * factor, a[1] * factor, a[2] * factor]
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A triangle's points are no farther from its longest edge than it is high, so distances to the two differ
+    /// by no more, however thin the triangle is.
+    #[test]
+    fn thin_triangles_are_as_far_as_their_longest_edge() {
+        for exponent in 2..20 {
+            let height = 10.0_f64.powi(-exponent);
+            // The longest edge is that from the third to the second, first to second, first to third corner.
+            for (across, longest) in [(-0.3, [2, 1]), (0.4, [0, 1]), (1.2, [0, 2])] {
+                let corners = [
+                    [0.2, 0.0, 0.1],
+                    [1.2, 0.0, 0.1],
+                    [0.2 + across, height, 0.1],
+                ]
+                .map(Point3::from);
+                let [a, b] = longest.map(|corner| corners[corner]);
+                let (triangle, edge) = (Triangle::new(corners), Triangle::new([a, b, b]));
+                for step in 0..200 {
+                    let t = f64::from(step);
+                    let p = [
+                        (0.9 * t).sin() * 2.0,
+                        (1.7 * t).cos(),
+                        (2.3 * t).sin() / (1.0 + t),
+                    ];
+                    let [to_triangle, to_edge] =
+                        [triangle, edge].map(|shape| shape.distance_squared(p).sqrt());
+                    assert!(
+                        (to_triangle - to_edge).abs() <= height + 1e-15,
+                        "{height} {p:?}"
+                    );
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_triangle_may_be_a_point() {
+        let a = Point3::new(1.0, 2.0, 3.0);
+        let point = Triangle::new([a; 3]);
+        assert_eq!(point.distance_squared([1.0, 2.0, 5.0]), 4.0);
+        assert_eq!(
+            point.to_closest(&Point3::new(1.0, 2.0, 5.0)),
+            Vector3::new(0.0, 0.0, -2.0)
+        );
+    }
+}

@@ -164,3 +164,31 @@ impl Kernel for Distances<'_> {
         values
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use graspd_ad::Lanes;
+
+    use super::*;
+    use crate::sphere_mesh;
+
+    #[test]
+    fn every_processor_computes_the_same_bits() {
+        let surface = SignedDistance::new(&sphere_mesh(0.05, 0.005)).unwrap();
+        let kernel = || Distances {
+            surface: &surface,
+            rows: Rows {
+                origin: Vec3::new(-0.06, -0.06, -0.01),
+                spacing: Vec3::new(0.01, 0.012, 0.014),
+                nx: 13,
+                ny: 11,
+                layers: (0, 2),
+            },
+            slack: surface
+                .tree()
+                .slack_within(&[-1.0; 3].into(), &[1.0; 3].into())
+                .unwrap(),
+        };
+        assert_eq!(kernel().run::<Lanes>(), vectorize(kernel()));
+    }
+}
