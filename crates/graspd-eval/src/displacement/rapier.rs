@@ -10,8 +10,9 @@
 //!   penetration within about 50 ms and add no energy.
 //! * Lengths that rapier tunes for objects of metres are scaled to objects of decimetres.
 //! * One friction constraint per contact point (Coulomb), not one per patch.
-//! * An object that falls freely moves 6 mm in its fastest step and contacts are predicted over that distance:
-//!   nothing tunnels, and there is no continuous collision detection.
+//! * Contacts are predicted over 3 mm, and an object that falls freely moves 6 mm in its fastest step: nothing thicker
+//!   than 3 mm tunnels. There is no continuous collision detection; a thin shell may pass a finger, but only once it
+//!   has fallen 2.5 cm and counts as lost.
 
 use graspd_geom::TriangleMesh;
 use nalgebra::{Matrix3, Point3, Vector3};
