@@ -23,14 +23,15 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let prepared = start.elapsed();
     let grid = SdfGrid::build(&surface, resolution, 0.01, &|_| {})?;
     let wall = start.elapsed();
+    let (cpu, peak) = (cpu_seconds() - cpu, peak_memory_mb());
     let checksum: f64 = grid.to_values().into_iter().map(f64::from).sum();
     println!(
         "{path}: {} faces, {resolution}^3: wall {:.2} s (tree {:.3} s), CPU {:.2} s, peak {} MB, sum {checksum:.9}",
         mesh.faces.len(),
         wall.as_secs_f64(),
         prepared.as_secs_f64(),
-        cpu_seconds() - cpu,
-        peak_memory_mb(),
+        cpu,
+        peak,
     );
     time_queries(&surface, &grid);
     Ok(())
@@ -62,9 +63,6 @@ fn time_queries(surface: &SignedDistance, grid: &SdfGrid) {
     time("signed distance", 20, &|| {
         points.iter().map(|p| surface.signed_distance(p)).sum()
     });
-    time("signed distances, all at once", 20, &|| {
-        surface.signed_distances(&points).iter().sum()
-    });
     time("closest point", 20, &|| {
         points.iter().map(|p| surface.closest(p).distance).sum()
     });
@@ -74,6 +72,16 @@ fn time_queries(surface: &SignedDistance, grid: &SdfGrid) {
             .map(|p| f64::from(surface.winding_number(p)))
             .sum()
     });
+    let many: Vec<Point3<f64>> = (0..64 * POINTS)
+        .map(|_| low + (high - low).map(|extent| extent * random.random::<f64>()))
+        .collect();
+    let start = cpu_seconds();
+    let sum: f64 = surface.signed_distances(&many).iter().sum();
+    let each = (cpu_seconds() - start) * 1e9 / many.len() as f64;
+    println!(
+        "signed distance, {} at once: {each:.0} ns of CPU time each (sum {sum:.6})",
+        many.len()
+    );
     time("lookup with gradient, double", 500, &|| {
         let sum = |(d, g): (f64, Vec3<f64>)| d + g.x + g.y + g.z;
         points

@@ -15,8 +15,12 @@ const CURVE_BITS: u32 = 10;
 const BALL: f64 = 1.0 - 1e-12;
 
 impl SignedDistance {
-    /// The signed distance of each point \[m\]: the same numbers as [`SignedDistance::signed_distance`] gives, but
-    /// several times as fast, on rayon's current thread pool. The order of the points does not matter.
+    /// The signed distance of each point \[m\], in the same bits as [`SignedDistance::signed_distance`], on rayon's
+    /// current thread pool. The order of the points does not matter.
+    ///
+    /// Eight neighbouring points are searched for together, so the denser the points the less work each is:
+    /// about a third when neighbours are a few millimetres apart on an object that fits a hand, and none is
+    /// saved when they are centimetres apart.
     pub fn signed_distances(&self, points: &[Point3<f64>]) -> Vec<f64> {
         let order = along_curve(points);
         let found: Vec<Vec<f64>> = order
