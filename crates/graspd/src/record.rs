@@ -158,6 +158,32 @@ impl GraspRecord {
             articulation,
         })
     }
+
+    /// Whether every number that must be there is one.
+    fn is_finite(&self) -> bool {
+        let of_pose =
+            |pose: &RecordedPose| [&pose.translation_m[..], &pose.rotation_wxyz[..]].concat();
+        let mut numbers = of_pose(&self.pose);
+        numbers.push(self.object_scale);
+        numbers.extend(self.joints_rad.iter().flat_map(BTreeMap::values));
+        if let Some(before) = &self.pre_grasp {
+            numbers.extend(of_pose(&before.pose));
+            numbers.extend(before.joints_rad.values());
+        }
+        if let Some(end) = &self.optimizer {
+            numbers.extend([
+                end.l_phys,
+                end.l_task,
+                end.l_range,
+                end.l_limit,
+                end.l_inter,
+            ]);
+        }
+        if let Some(seconds) = &self.seconds {
+            numbers.extend([seconds.synthesis, seconds.evaluation]);
+        }
+        numbers.iter().all(|number| number.is_finite())
+    }
 }
 
 /// Joint positions by name.
@@ -183,13 +209,17 @@ pub fn read_records(path: &Path) -> Result<Vec<GraspRecord>, GraspError> {
         if line.trim().is_empty() {
             continue;
         }
-        records.push(
-            serde_json::from_str(line).map_err(|error| GraspError::ParseRecord {
-                path: path.to_owned(),
-                line: number + 1,
-                fault: error.to_string(),
-            })?,
-        );
+        let failed = |fault: String| GraspError::ParseRecord {
+            path: path.to_owned(),
+            line: number + 1,
+            fault,
+        };
+        let record: GraspRecord =
+            serde_json::from_str(line).map_err(|error| failed(error.to_string()))?;
+        if record.schema != SCHEMA {
+            return Err(failed(format!("its schema is `{}`", record.schema)));
+        }
+        records.push(record);
     }
     if records.is_empty() {
         return Err(GraspError::ParseRecord {
@@ -204,10 +234,17 @@ pub fn read_records(path: &Path) -> Result<Vec<GraspRecord>, GraspError> {
 /// Writes records one a line, atomically.
 ///
 /// # Errors
-/// If the file cannot be written.
+/// If the file cannot be written, or a record holds a number that is not finite, which JSON has no word for (metrics
+/// become null instead).
 pub fn write_records(path: &Path, records: &[GraspRecord]) -> Result<(), GraspError> {
     let mut text = String::new();
     for record in records {
+        if !record.is_finite() {
+            return Err(GraspError::InvalidRecord {
+                index: record.index,
+                fault: "it has a number that is not finite".into(),
+            });
+        }
         let line = serde_json::to_string(record).map_err(|error| GraspError::ParseRecord {
             path: path.to_owned(),
             line: 0,
