@@ -73,6 +73,14 @@ pub enum GraspError {
         /// What is wrong.
         fault: String,
     },
+    /// An optimisation whose numbers left the range of floats.
+    #[error(
+        "grasp {index}: the optimisation diverged to numbers that are not finite; lower the learning rates or the stiffness"
+    )]
+    Diverged {
+        /// The start's index.
+        index: usize,
+    },
     /// The worker threads.
     #[error("cannot start the worker threads: {0}; try fewer with --threads")]
     Threads(String),

@@ -40,7 +40,7 @@ impl RunSettings {
     /// Checks every field.
     ///
     /// # Errors
-    /// If no grasp is asked for.
+    /// If no grasp is asked for, or the judge's settings are out of range.
     pub fn validate(&self) -> Result<(), GraspError> {
         if self.count == 0 {
             return Err(GraspError::InvalidSetting {
@@ -49,6 +49,8 @@ impl RunSettings {
                 wanted: "at least 1",
             });
         }
+        // Now rather than when the first grasp is judged, minutes later.
+        self.evaluation.validate()?;
         Ok(())
     }
 }
@@ -125,7 +127,7 @@ pub fn draw_start(
 /// The result is the same, timings apart, for any number of threads. It is sorted by rank.
 ///
 /// # Errors
-/// If a setting is out of range, or no start is asked for.
+/// If a setting is out of range, no start is asked for, or an optimisation diverges.
 pub fn synthesize_grasps(
     object: &GraspObject,
     hand: &dyn Hand,
@@ -178,6 +180,9 @@ fn one_grasp(
         }
     };
     let synthesis = synthesize::<f32>(hand, &object.simulated, start, settings, &mut observe)?;
+    if !is_finite(&synthesis) {
+        return Err(GraspError::Diverged { index });
+    }
     let synthesis_seconds = started.elapsed().as_secs_f64();
 
     let started = Instant::now();
@@ -196,6 +201,18 @@ fn one_grasp(
         pose: synthesis.pose,
         trajectory,
     })
+}
+
+/// Whether the optimisation ended in numbers; infinite ones become NaN within a step or two.
+fn is_finite(synthesis: &Synthesis) -> bool {
+    let Synthesis { pose, losses, .. } = synthesis;
+    let (t, q) = (pose.translation, pose.rotation);
+    [t.x, t.y, t.z, q.w, q.x, q.y, q.z]
+        .iter()
+        .chain(&pose.articulation)
+        .chain(&[losses.physics, losses.task, losses.range])
+        .chain(&[losses.limit, losses.intersection])
+        .all(|number| number.is_finite())
 }
 
 fn record_of(
