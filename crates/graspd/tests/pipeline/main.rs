@@ -1,0 +1,12 @@
+//! The pipeline as its users see it: starts, synthesis, runs, ranking, records, summaries.
+
+mod fixtures;
+mod object;
+mod preset;
+mod rank;
+mod record;
+mod record_files;
+mod run;
+mod start;
+mod summary;
+mod synthesis;
