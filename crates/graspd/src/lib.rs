@@ -1,4 +1,58 @@
 //! Grasp synthesis: starts, the alternating optimisation, evaluation, ranking and records.
+//!
+//! ```
+//! use graspd::{GraspObject, NamedMesh, RunSettings, SynthesisSettings, synthesize_grasps};
+//! use graspd_eval::EvaluationSettings;
+//! use graspd_hand::builtin_hand;
+//!
+//! # fn main() -> Result<(), Box<dyn std::error::Error>> {
+//! // A built-in object or a mesh file, its signed distance on a grid of 48^3 samples, and its mass at 1000 kg/m^3.
+//! let object = GraspObject::prepare(NamedMesh::load("mug", 1.0)?, 48, 1000.0, &|_| {})?;
+//! let hand = builtin_hand("allegro").ok_or("no such hand")?;
+//!
+//! // One grasp in 60 steps, for a quick look; the presets take 7000.
+//! let settings = SynthesisSettings::preset("paper")?.with_steps(60);
+//! let run = RunSettings {
+//!     seed: 0,
+//!     count: 1,
+//!     trajectory_every: None,
+//!     evaluation: EvaluationSettings { metrics: "ca,iv,pd,gws".parse()?, ..EvaluationSettings::default() },
+//! };
+//! for grasp in synthesize_grasps(&object, &*hand, &settings, &run, &())? {
+//!     let metrics = grasp.record.metrics.unwrap_or_default();
+//!     println!("contact area {:?} cm^2", metrics.contact_area_cm2);
+//!     println!("interpenetration {:?} cm^3", metrics.interpenetration_volume_cm3);
+//!     println!("epsilon {:?}", metrics.epsilon);
+//!     assert!(metrics.max_penetration_mm.is_some_and(|depth| depth >= 0.0));
+//! }
+//! # Ok(())
+//! # }
+//! ```
+//!
+//! # Along the way of a grasp
+//!
+//! | step | what it takes | what it gives |
+//! |---|---|---|
+//! | [`NamedMesh::load`] | a name or a mesh file | a closed mesh \[m\] |
+//! | [`GraspObject::prepare`] | that mesh | distance grid, mass, inertia |
+//! | [`draw_start`] | seed and index | the open hand before a random point of the surface |
+//! | [`synthesize`] | that pose, [`SynthesisSettings`] | the pose of a grasp, its [`Losses`] |
+//! | [`graspd_eval::evaluate`] | the posed hand's surface | metrics against the true mesh |
+//! | [`rank_by_displacement`] | judged [`GraspRecord`]s | their order |
+//! | [`Summary::of`], [`write_records`] | ranked records | means over the best; a `grasps.jsonl` |
+//!
+//! [`synthesize_grasps`] does all but the first two and the last, for many starts at once, on rayon's current thread
+//! pool; a [`RunObserver`] sees it happen.
+//!
+//! # What can be relied on
+//!
+//! * A start is a pure function of (seed, object's name, hand's name, index), and a run's grasps, timings apart, do not
+//!   depend on the number of threads.
+//! * Records are read back bit for bit ([`read_records`]) and written whole or not at all ([`write_atomically`]).
+//! * Whatever is out of range is an error before the first step; an optimisation whose numbers overflow is an error,
+//!   too. One that does not converge is a result, with [`Synthesis::task_satisfied`] false.
+//!
+//! Poses map hand-base coordinates into the object's mesh coordinates; lengths are metres.
 
 mod error;
 mod object;
