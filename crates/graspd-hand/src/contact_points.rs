@@ -6,6 +6,7 @@ use graspd_geom::{Rigid, SignedDistance, Vec3, sample_evenly};
 use nalgebra::{Isometry3, Point3, Vector3};
 
 use crate::part::Part;
+use crate::ridges::{Ridge, points_along, ridges};
 use crate::{HandError, HandOptions, POINT_PADDING};
 
 /// A surface point is buried if the point this far above it is inside another part \[m\]: nothing fits in between.
@@ -13,6 +14,8 @@ const CLEARANCE: f64 = 5e-4;
 /// Surfaces of two parts this near are one surface \[m\].
 const SAME_SURFACE: f64 = 1e-6;
 
+/// At most this share of the points lies on sharp edges, which would otherwise dig in between points unseen.
+const RIDGE_SHARE: f64 = 0.3;
 /// Points spread to learn how much of the surface is buried: enough to know it to about 1 %.
 const TRIAL_POINTS: f64 = 1000.0;
 
@@ -24,7 +27,7 @@ pub(crate) struct SurfacePoint {
     pub(crate) normal: Vec3<f64>,
 }
 
-/// About `options.contact_points` points spread evenly over what can be touched of the parts when the bodies have
+/// About `options.contact_points` points spread evenly over the faces and along the sharp edges of what can be touched of the parts when the bodies have
 /// the given poses: points buried inside another part are left out. Sorted by body.
 pub(crate) fn spread(
     parts: &[Part],
@@ -37,20 +40,28 @@ pub(crate) fn spread(
         return Err(HandError::NoGeometry);
     }
     let motions: Vec<Isometry3<f64>> = poses.iter().map(|&pose| pose.into()).collect();
+    let ridges: Vec<_> = parts.iter().map(|part| ridges(&part.mesh)).collect();
+    let ridge_length: f64 = ridges.iter().flatten().map(Ridge::length).sum();
     let spread_with = |density: f64| {
         let mut points = Vec::new();
+        // No denser along an edge than over a face.
+        let ridge_count = (RIDGE_SHARE * density * area).min(ridge_length * density.sqrt());
+        let ridge_spacing = ridge_length / ridge_count.max(1.0);
+        let face_density = density - ridge_count / area;
         for (index, part) in parts.iter().enumerate() {
-            let count = (density * part.mesh.area()).round() as usize;
+            let count = (face_density * part.mesh.area()).round() as usize;
             // Parts of one shape should not have one pattern.
             let samples = sample_evenly(&part.mesh, count, options.seed ^ ((index as u64) << 32));
+            let on_faces = samples.into_iter().map(|s| (s.point, s.normal));
+            let on_ridges = points_along(&ridges[index], ridge_spacing);
             points.extend(
-                samples
-                    .into_iter()
-                    .filter(|s| is_exposed(index, s.point, s.normal, parts, solids, &motions))
-                    .map(|s| SurfacePoint {
+                on_faces
+                    .chain(on_ridges)
+                    .filter(|&(p, normal)| is_exposed(index, p, normal, parts, solids, &motions))
+                    .map(|(p, normal)| SurfacePoint {
                         body: part.body,
-                        position: s.point.into(),
-                        normal: s.normal.into(),
+                        position: p.into(),
+                        normal: normal.into(),
                     }),
             );
         }

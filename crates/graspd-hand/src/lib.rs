@@ -45,6 +45,7 @@ mod limits;
 mod outline;
 mod palm;
 mod part;
+mod ridges;
 mod self_collision;
 mod tree;
 mod urdf;
