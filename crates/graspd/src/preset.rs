@@ -84,6 +84,10 @@ pub struct SynthesisSettings {
 pub const PRESETS: [&str; 2] = ["default", "paper"];
 
 impl Default for SynthesisSettings {
+    /// The preset `default`, chosen by measurement (`docs/tuning.md`). It departs from [`SynthesisSettings::paper`] in
+    /// five ways: contacts are soft while the hand finds its place and stiffen at the end; rates decay, so that the
+    /// last steps settle; joints are kept within their limits; the object has to be stopped from four directions
+    /// (the corners of a tetrahedron) instead of one line; and the final stiffness is lower.
     fn default() -> Self {
         Self {
             preset: "default".into(),
@@ -91,11 +95,18 @@ impl Default for SynthesisSettings {
             decay_factor: 0.003,
             force_decay_factor: 0.01,
             clamp_joints: true,
-            normal_stiffness: 1e5,
-            friction_stiffness: 1e7,
+            normal_stiffness: 3e4,
+            friction_stiffness: 3e6,
             soft_stiffness: 1e4,
             stiffening_start: 5000,
             stiffening_end: 6500,
+            object_velocities: vec![
+                [0.0; 3],
+                [0.01, 0.01, 0.01],
+                [0.01, -0.01, -0.01],
+                [-0.01, 0.01, -0.01],
+                [-0.01, -0.01, 0.01],
+            ],
             ..Self::paper()
         }
     }
