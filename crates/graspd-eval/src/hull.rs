@@ -20,6 +20,7 @@ mod expansion;
 mod frame;
 mod hyperplane;
 mod polytope;
+mod predicates;
 mod quickhull;
 mod simplex;
 mod wide_integer;
@@ -202,20 +203,48 @@ fn in_input_coordinates<const D: usize>(frame: &Frame<D>, polytope: &Polytope<D>
         number[slot as usize] = index as u32;
     }
     let area_scale = frame.scale.powi(D as i32 - 1);
+    let mut volume = CompensatedSum::default();
     let facets = polytope
         .facets()
-        .map(|(_, facet)| HullFacet {
-            vertices: facet.vertices,
-            neighbours: facet.neighbours.map(|slot| number[slot as usize]),
-            normal: facet.normal,
-            offset: frame.offset_from_origin(facet),
-            area: frame.area(facet) * area_scale,
+        .map(|(_, facet)| {
+            let area = frame.area(facet);
+            volume.add(area * frame.depth_of_interior(facet) / D as f64);
+            HullFacet {
+                vertices: facet.vertices,
+                neighbours: facet.neighbours.map(|slot| number[slot as usize]),
+                normal: facet.normal,
+                offset: frame.depth_of_origin(facet) * frame.scale,
+                area: area * area_scale,
+            }
         })
         .collect();
     ConvexHull {
         shape: HullShape::Full,
         facets,
-        volume: frame.volume(polytope) * frame.scale.powi(D as i32),
+        volume: volume.value() * frame.scale.powi(D as i32),
+    }
+}
+
+/// Neumaier's sum: half a million terms with the rounding of one.
+#[derive(Default)]
+struct CompensatedSum {
+    sum: f64,
+    lost: f64,
+}
+
+impl CompensatedSum {
+    fn add(&mut self, term: f64) {
+        let total = self.sum + term;
+        self.lost += if self.sum.abs() >= term.abs() {
+            (self.sum - total) + term
+        } else {
+            (term - total) + self.sum
+        };
+        self.sum = total;
+    }
+
+    fn value(&self) -> f64 {
+        self.sum + self.lost
     }
 }
 

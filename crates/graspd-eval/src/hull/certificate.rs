@@ -3,21 +3,29 @@
 use super::frame::Frame;
 use super::hyperplane::dot;
 use super::polytope::{NONE, Polytope, position};
+use super::predicates::Predicates;
 
 /// How far, in tolerances, a vertex may stick out over a neighbouring facet: points were dropped within one
 /// tolerance of a facet, and facets later replaced by others within one more.
 const SLACK: f64 = 4.0;
 
-/// Whether every facet faces away from the interior, every ridge joins exactly two facets, and no facet's
-/// neighbour rises above it by more than a few tolerances.
+/// The least cosine between a facet's normal and the one that its corners have in their order.
+const AGREEMENT: f64 = 0.5;
+
+/// Whether every facet faces away from the interior, as the order of its corners says too, and no neighbour
+/// rises above it by more than a few tolerances.
 ///
-/// A closed surface that is convex at every ridge bounds a convex body (van Heijenoort 1952), so this local
-/// check vouches for the whole.
+/// The surface began as that of a simplex, and each step replaced a piece by a cone over its rim, so it encloses
+/// the interior once. Where all facets face outward it therefore does not fold, and as it is convex at every ridge,
+/// it bounds a convex body (van Heijenoort 1952): this local check vouches for the whole.
 pub(super) fn is_convex<const D: usize>(frame: &Frame<D>, polytope: &Polytope<D>) -> bool {
     polytope.facets().all(|(slot, facet)| {
-        let depth = facet.offset - dot(&facet.normal, frame.interior());
-        depth > frame.tolerance()
-            && facet.neighbours.iter().enumerate().all(|(k, &beyond)| {
+        let faces_outward = frame.depth_of_interior(facet) > frame.tolerance
+            && frame
+                .hyperplane(&facet.vertices)
+                .is_some_and(|plane| dot(&plane.normal, &facet.normal) > AGREEMENT);
+        faces_outward
+            && facet.neighbours.iter().all(|&beyond| {
                 if beyond == NONE {
                     return false;
                 }
@@ -25,14 +33,9 @@ pub(super) fn is_convex<const D: usize>(frame: &Frame<D>, polytope: &Polytope<D>
                 let Some(back) = position(&neighbour.neighbours, slot) else {
                     return false;
                 };
-                let shares_ridge = facet
-                    .vertices
-                    .iter()
-                    .enumerate()
-                    .all(|(j, vertex)| j == k || neighbour.vertices.contains(vertex));
                 let opposite = &frame.points[neighbour.vertices[back] as usize];
                 let height = dot(&facet.normal, opposite) - facet.offset;
-                shares_ridge && height <= SLACK * frame.tolerance()
+                height <= SLACK * frame.tolerance
             })
     })
 }

@@ -4,9 +4,10 @@ use std::cmp::Ordering;
 use std::collections::BinaryHeap;
 
 use super::DepthBounds;
-use super::frame::{Frame, Predicates};
+use super::frame::Frame;
 use super::hyperplane::dot;
 use super::polytope::{Polytope, Stop};
+use super::predicates::Predicates;
 
 /// A facet in the queue: the least deep first.
 struct Queued {
@@ -60,14 +61,15 @@ pub(super) fn expand<const D: usize>(
     let lower = loop {
         for &slot in &polytope.fresh {
             let facet = polytope.facet(slot);
-            queue.push(Queued {
-                depth: frame.depth_of_origin(facet),
-                slot,
-                birth: facet.birth,
-            });
+            let depth = frame.depth_of_origin(facet);
+            // Farther than a known bound it will never be the nearest.
+            if depth <= upper {
+                let birth = facet.birth;
+                queue.push(Queued { depth, slot, birth });
+            }
         }
         let Some(nearest) = pop_current(&mut queue, &polytope) else {
-            return Err(Stop::Contradiction);
+            break upper;
         };
         let facet = polytope.facet(nearest.slot);
         let (point, support) = farthest_along(&frame.points, &facet.normal);

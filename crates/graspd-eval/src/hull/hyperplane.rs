@@ -5,7 +5,7 @@
 pub(super) struct Hyperplane<const D: usize> {
     pub(super) normal: [f64; D],
     pub(super) offset: f64,
-    /// (D-1)! times the measure of the simplex that spans it.
+    /// (D-1)! times the measure of the simplex that spans it; 0 where nobody asked.
     pub(super) determinant: f64,
     /// How far off heights above it may be; 0 where nobody asked.
     pub(super) uncertainty: f64,

@@ -1,12 +1,14 @@
 //! A simplicial polytope that grows by one point at a time.
 
-use super::frame::Predicates;
+use super::hyperplane::Hyperplane;
+use super::predicates::Predicates;
 
 /// No facet, or no point.
 pub(super) const NONE: u32 = u32::MAX;
 
-/// A facet of the growing polytope. 128 bytes in six dimensions: two cache lines.
+/// A facet of the growing polytope. In six dimensions the hyperplane fills one cache line, the links another.
 #[derive(Clone, Copy, Debug)]
+#[repr(C, align(64))]
 pub(super) struct Facet<const D: usize> {
     pub(super) normal: [f64; D],
     pub(super) offset: f64,
@@ -183,7 +185,10 @@ impl<const D: usize> Polytope<D> {
             let beyond = old.neighbours[k as usize];
             let mut vertices = old.vertices;
             vertices[k as usize] = point;
-            let mut facet = self.raise(predicates, vertices, self.hidden_mark())?;
+            let plane = predicates
+                .cone_hyperplane(&vertices, point, old, &self.facets[beyond as usize])
+                .ok_or(Stop::Contradiction)?;
+            let mut facet = self.unlinked(plane, vertices, self.hidden_mark());
             facet.neighbours[k as usize] = beyond;
             let fresh = match self.free.pop() {
                 Some(free) => {
@@ -264,7 +269,12 @@ impl<const D: usize> Polytope<D> {
         let plane = predicates
             .hyperplane(&vertices)
             .ok_or(Stop::Contradiction)?;
-        Ok(Facet {
+        Ok(self.unlinked(plane, vertices, mark))
+    }
+
+    #[inline(always)]
+    fn unlinked(&self, plane: Hyperplane<D>, vertices: [u32; D], mark: u32) -> Facet<D> {
+        Facet {
             normal: plane.normal,
             offset: plane.offset,
             uncertainty: plane.uncertainty,
@@ -273,12 +283,16 @@ impl<const D: usize> Polytope<D> {
             mark,
             birth: self.insertion,
             outside: NONE,
-        })
+        }
     }
 }
 
-/// Where in the row the value stands.
+/// Where in the row the value stands. Without an early exit, which the processor would mispredict.
 #[inline(always)]
 pub(super) fn position<const D: usize>(row: &[u32; D], value: u32) -> Option<usize> {
-    row.iter().position(|&entry| entry == value)
+    let mut found = D;
+    for k in (0..D).rev() {
+        found = if row[k] == value { k } else { found };
+    }
+    (found < D).then_some(found)
 }

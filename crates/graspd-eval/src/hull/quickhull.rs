@@ -1,7 +1,8 @@
 //! The order in which points join the polytope: each facet's farthest outside point first.
 
-use super::frame::{Frame, Predicates};
+use super::frame::Frame;
 use super::polytope::{NONE, Polytope, Stop};
+use super::predicates::Predicates;
 
 /// Grows the simplex until no point is outside.
 ///

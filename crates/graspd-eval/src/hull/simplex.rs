@@ -56,16 +56,22 @@ pub(super) mod tests {
             .collect()
     }
 
-    /// The lattice of -1, 0 and 1 and its corners once more, each coordinate moved by up to `noise`: points
-    /// that nearly coincide and nearly line up.
-    pub(in crate::hull) fn noisy_lattice<const D: usize>(noise: f64) -> Vec<[f64; D]> {
+    /// The same numbers in [-1, 1) every time (a linear congruential generator).
+    pub(in crate::hull) fn noise_source() -> impl FnMut() -> f64 {
         let mut state = 1u64;
-        let mut moved = |x: f64| {
+        move || {
             state = state
                 .wrapping_mul(6_364_136_223_846_793_005)
                 .wrapping_add(1_442_695_040_888_963_407);
-            x + noise * ((state >> 11) as f64 / (1u64 << 52) as f64 - 1.0)
-        };
+            (state >> 11) as f64 / (1u64 << 52) as f64 - 1.0
+        }
+    }
+
+    /// The lattice of -1, 0 and 1 and its corners once more, each coordinate moved by up to `noise`: points
+    /// that nearly coincide and nearly line up.
+    pub(in crate::hull) fn noisy_lattice<const D: usize>(noise: f64) -> Vec<[f64; D]> {
+        let mut random = noise_source();
+        let mut moved = |x: f64| x + noise * random();
         let mut points: Vec<[f64; D]> = lattice(&[-1.0, 0.0, 1.0]);
         points.extend(lattice::<D>(&[-1.0, 1.0]));
         points.iter().map(|point| point.map(&mut moved)).collect()
