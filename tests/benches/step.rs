@@ -10,7 +10,9 @@ use criterion::measurement::WallTime;
 use criterion::{BenchmarkGroup, Criterion, Throughput, criterion_group, criterion_main};
 use graspd::{GraspObject, Losses, NamedMesh, SynthesisSettings, draw_start, synthesize};
 use graspd_geom::SdfGrid;
-use graspd_hand::{Hand, HandPose, HandScratch, Kinematics, PointBuffer, PoseGradient, builtin_hand};
+use graspd_hand::{
+    Hand, HandPose, HandScratch, Kinematics, PointBuffer, PoseGradient, builtin_hand,
+};
 use graspd_sim::{Precision, Scene, SimulationParams};
 
 /// Samples of the mug's distance grid along each axis.
@@ -190,7 +192,8 @@ where
     }
 
     fn forward(&mut self, bench: &Bench) {
-        let (scratch, contacts, spheres) = (&mut self.scratch, &mut self.contacts, &mut self.spheres);
+        let (scratch, contacts, spheres) =
+            (&mut self.scratch, &mut self.contacts, &mut self.spheres);
         let pose = black_box(&bench.pose);
         bench.hand.forward(pose, scratch, contacts, spheres);
     }

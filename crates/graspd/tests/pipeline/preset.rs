@@ -126,11 +126,19 @@ fn schedules_stretch_with_the_steps() {
     };
     for steps in [700, 3500, 7000, 70_000] {
         let scaled = default.clone().with_steps(steps);
-        let expected = |value: usize| value * steps / default.steps;
         assert_eq!(scaled.steps, steps);
-        assert_eq!(scaled.smoothing_steps, expected(default.smoothing_steps));
-        assert_eq!(scaled.warmup_steps, expected(default.warmup_steps));
-        assert_eq!(scaled.decay_start, expected(default.decay_start));
+        // Every whole number is a number of steps.
+        let (before, after) = (table(&default), table(&scaled));
+        for (field, value) in &before {
+            if let Some(value) = value.as_integer() {
+                let exact = value as f64 * steps as f64 / default.steps as f64;
+                assert_eq!(
+                    after[field].as_integer(),
+                    Some(exact.round() as i64),
+                    "{field}"
+                );
+            }
+        }
         scaled.validate().expect("as valid as before");
     }
     let paper = SynthesisSettings::paper();
