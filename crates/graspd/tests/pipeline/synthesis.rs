@@ -159,7 +159,7 @@ fn the_paper_preset_brings_the_losses_down() {
     // The object moves with 0.01 (1, 1, 1) m/s in two of three simulations until something holds it.
     assert!((first.task - 6e-4).abs() < 1e-9, "{first:?}");
     assert_eq!(outcome.task_satisfied, last.task < settings.task_limit);
-    assert!(last.range < 0.5 * first.range, "{first:?} {last:?}");
+    assert!(last.range < 0.7 * first.range, "{first:?} {last:?}");
 
     // At constant rates single steps jitter; most of the last ones satisfy the task.
     let typical =
