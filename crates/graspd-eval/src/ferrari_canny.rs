@@ -1,7 +1,7 @@
 //! Grasp quality: the largest ball of disturbances that the contacts can resist.
 
 use crate::error::EvaluationError;
-use crate::hull::{DepthBounds, HullShape, convex_hull, origin_depth_bounds};
+use crate::hull::{DepthBounds, HullShape, MOST_FACETS, convex_hull_limited, origin_depth_bounds};
 
 /// A ball smaller than this, relative to the longest wrench, is the work of rounding.
 const LEAST_EPSILON: f64 = 1e-10;
@@ -59,7 +59,12 @@ pub enum NotForceClosure {
 /// C. Ferrari, J. Canny, "Planning optimal grasps", ICRA 1992; the volume: A. T. Miller, P. K. Allen,
 /// "Examples of 3D grasp quality computations", ICRA 1999.
 pub fn grasp_quality(wrenches: &[[f64; 6]]) -> GraspQuality {
-    match convex_hull(wrenches) {
+    quality_by_hull(wrenches, MOST_FACETS)
+}
+
+/// The quality from the hull if that has no more than `most_facets`, else from bounds on epsilon alone.
+fn quality_by_hull(wrenches: &[[f64; 6]], most_facets: usize) -> GraspQuality {
+    match convex_hull_limited(wrenches, most_facets) {
         Ok(hull) => match (hull.shape, hull.origin_depth()) {
             (HullShape::Full, Some(depth)) => quality(depth, hull.volume, wrenches),
             (HullShape::Flat { affine_dimension }, _) => {
@@ -132,4 +137,48 @@ fn without_closure(volume: f64, reason: NotForceClosure) -> GraspQuality {
 fn longest(wrenches: &[[f64; 6]]) -> f64 {
     let squared = |wrench: &[f64; 6]| wrench.iter().map(|x| x * x).sum::<f64>();
     wrenches.iter().map(squared).fold(0.0, f64::max).sqrt()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Contact, FRICTION_EDGES, grasp_wrenches};
+    use nalgebra::{Point3, Vector3};
+
+    /// Contacts on the corners of a cube, `lifted` along z.
+    fn wrenches(lifted: f64) -> Vec<[f64; 6]> {
+        let contact = |corner: usize| {
+            let sign = |bit: usize| if corner >> bit & 1 == 1 { 1.0 } else { -1.0 };
+            let outward = Vector3::new(sign(0), sign(1), sign(2)).normalize();
+            Contact {
+                point: outward.into(),
+                normal: (Vector3::z() * lifted - outward).normalize(),
+            }
+        };
+        let contacts: Vec<_> = (0..8).map(contact).collect();
+        grasp_wrenches(&contacts, 0.5, FRICTION_EDGES, Point3::origin(), 1.0)
+    }
+
+    #[test]
+    fn a_hull_too_large_to_build_costs_the_volume_alone() {
+        let wrenches = wrenches(0.0);
+        let full = grasp_quality(&wrenches);
+        let limited = quality_by_hull(&wrenches, 500);
+        assert!(limited.volume.is_nan() && limited.force_closure);
+        assert!((limited.epsilon - full.epsilon).abs() < 1e-12);
+    }
+
+    #[test]
+    fn the_same_holds_without_force_closure() {
+        let wrenches = wrenches(5.0);
+        let (full, limited) = (grasp_quality(&wrenches), quality_by_hull(&wrenches, 500));
+        for quality in [&full, &limited] {
+            assert_eq!(quality.epsilon, 0.0);
+            let reason = quality.reason.as_ref();
+            assert!(
+                matches!(reason, Some(NotForceClosure::OriginOutside { separation }) if *separation > 0.1)
+            );
+        }
+        assert!(full.volume > 0.0 && limited.volume.is_nan());
+    }
 }
