@@ -1,6 +1,7 @@
 //! The `graspd` command: grasps of objects by multi-fingered hands.
 
 mod commands;
+mod console;
 mod progress;
 mod table;
 
@@ -43,9 +44,7 @@ fn main() -> ExitCode {
     match result {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
-            // One line, whatever the causes were.
-            let text = format!("{error:#}").replace('\n', " ");
-            eprintln!("error: {text}");
+            console::tell(&format!("error: {}", console::describe(&error)));
             ExitCode::FAILURE
         }
     }

@@ -6,6 +6,8 @@ use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressStyle};
 
+use crate::console::tell;
+
 /// Least time between two plain lines of one phase.
 const LINE_INTERVAL: Duration = Duration::from_secs(5);
 
@@ -44,7 +46,7 @@ impl Progress {
             bar.set_message(title.to_owned());
             Sink::Bar(bar)
         } else {
-            eprintln!("{title} ...");
+            tell(&format!("{title} ..."));
             Sink::Lines {
                 title: title.to_owned(),
                 length,
@@ -84,7 +86,7 @@ impl Progress {
                 if state.last.elapsed() >= LINE_INTERVAL {
                     state.last = Instant::now();
                     let percent = 100 * state.position.min(*length) / (*length).max(1);
-                    eprintln!("{title}: {percent} %");
+                    tell(&format!("{title}: {percent} %"));
                 }
             }
         }
@@ -95,7 +97,7 @@ impl Progress {
         match &self.sink {
             Sink::Quiet => {}
             Sink::Bar(bar) => bar.println(line),
-            Sink::Lines { .. } => eprintln!("{line}"),
+            Sink::Lines { .. } => tell(line),
         }
     }
 
@@ -104,12 +106,5 @@ impl Progress {
         if let Sink::Bar(bar) = self.sink {
             bar.finish();
         }
-    }
-}
-
-/// A warning on stderr.
-pub(crate) fn warn(quiet: bool, text: &str) {
-    if !quiet {
-        eprintln!("warning: {text}");
     }
 }

@@ -3,17 +3,16 @@
 use graspd::{GraspRecord, MetricMeans, Summary};
 
 /// The grasps, best first, and the means below.
-pub(crate) fn print_grasps(records: &[GraspRecord], summary: &Summary) {
-    println!(
-        "{:>9} {:>8} {:>8} {:>8} {:>8} {:>9} {:>8} {:>9} {:>8}",
-        "grasp", "SD cm", "CA cm2", "IV cm3", "CA/IV", "epsilon", "volume", "depth mm", "seconds"
-    );
+pub(crate) fn grasps_table(records: &[GraspRecord], summary: &Summary) -> String {
+    let header = [
+        "grasp", "SD cm", "CA cm2", "IV cm3", "CA/IV", "epsilon", "volume", "depth mm", "seconds",
+    ];
+    let mut table = row(&header.map(String::from));
     for record in records {
         let Some(metrics) = &record.metrics else {
             continue;
         };
-        println!(
-            "{:>9} {:>8} {:>8} {:>8} {:>8} {:>9} {:>8} {:>9} {:>8}",
+        table += &row(&[
             format!("#{}", record.index),
             number(metrics.sim_displacement_cm, 2),
             number(metrics.contact_area_cm2, 2),
@@ -23,21 +22,21 @@ pub(crate) fn print_grasps(records: &[GraspRecord], summary: &Summary) {
             number(metrics.gws_volume, 4),
             number(metrics.max_penetration_mm, 2),
             number(record.seconds.map(|s| s.synthesis + s.evaluation), 2),
-        );
+        ]);
     }
     for (label, means) in [
         ("top 2", &summary.top_2),
         ("top 5", &summary.top_5),
         ("all", &summary.all),
     ] {
-        print_means(label, means);
+        table += &means_row(label, means);
     }
+    table
 }
 
-fn print_means(label: &str, means: &MetricMeans) {
-    println!(
-        "{:>9} {:>8} {:>8} {:>8} {:>8} {:>9} {:>8} {:>9}",
-        label,
+fn means_row(label: &str, means: &MetricMeans) -> String {
+    row(&[
+        label.into(),
         number(means.sim_displacement_cm, 2),
         number(means.contact_area_cm2, 2),
         number(means.interpenetration_volume_cm3, 3),
@@ -45,7 +44,17 @@ fn print_means(label: &str, means: &MetricMeans) {
         number(means.epsilon, 4),
         number(means.gws_volume, 4),
         number(means.max_penetration_mm, 2),
-    );
+    ])
+}
+
+/// Right-aligned cells and a line end.
+fn row(cells: &[String]) -> String {
+    const WIDTHS: [usize; 9] = [9, 8, 8, 8, 8, 9, 8, 9, 8];
+    let cells = cells.iter().zip(WIDTHS);
+    let cells: Vec<_> = cells
+        .map(|(cell, width)| format!("{cell:>width$}"))
+        .collect();
+    cells.join(" ") + "\n"
 }
 
 /// A number with a fixed count of decimals, or a dash.

@@ -11,5 +11,6 @@ use crate::voxels::SurfaceVoxel;
 /// voxel has all of them counted.
 pub(crate) fn contact_area_cm2(voxels: &[SurfaceVoxel], threshold: f64) -> f64 {
     let touching = voxels.iter().filter(|voxel| voxel.distance < threshold);
-    touching.map(|voxel| voxel.area).sum::<f64>() * 1e4
+    // The empty sum of floats is -0.
+    (touching.map(|voxel| voxel.area).sum::<f64>() + 0.0) * 1e4
 }

@@ -2,6 +2,8 @@
 
 use std::path::PathBuf;
 
+use crate::record::SCHEMA;
+
 /// Why grasps could not be made, read or written.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
@@ -39,8 +41,18 @@ pub enum GraspError {
         /// The names that exist.
         known: String,
     },
+    /// No built-in object and no file has the name that was given.
+    #[error(
+        "{name}: neither a built-in object ({built_in}) nor an existing file; give one of those names or the path of a .obj, .stl, .ply or .off file"
+    )]
+    UnknownObject {
+        /// The name.
+        name: String,
+        /// Names of the built-in objects.
+        built_in: String,
+    },
     /// A file that cannot be read.
-    #[error("cannot read {path}: {source}; check the path and its permissions")]
+    #[error("{path}: cannot be read: {source}; check the path and its permissions")]
     Read {
         /// The file.
         path: PathBuf,
@@ -48,7 +60,9 @@ pub enum GraspError {
         source: std::io::Error,
     },
     /// A file that cannot be written.
-    #[error("cannot write {path}: {source}; choose another output folder with -o")]
+    #[error(
+        "{path}: cannot be written: {source}; check that its folder exists, is writable and not full"
+    )]
     Write {
         /// The file.
         path: PathBuf,
@@ -56,7 +70,7 @@ pub enum GraspError {
         source: std::io::Error,
     },
     /// A line that is no grasp record.
-    #[error("{path}, line {line}: {fault}; each line must be one graspd.grasp/1 record")]
+    #[error("{path}{}: {fault}; each line must be one {SCHEMA} record", at_line(*line))]
     ParseRecord {
         /// The file.
         path: PathBuf,
@@ -84,4 +98,12 @@ pub enum GraspError {
     /// The worker threads.
     #[error("cannot start the worker threads: {0}; try fewer with --threads")]
     Threads(String),
+}
+
+fn at_line(line: usize) -> String {
+    if line == 0 {
+        String::new()
+    } else {
+        format!(", line {line}")
+    }
 }

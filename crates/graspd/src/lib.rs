@@ -59,6 +59,7 @@ mod object;
 mod preset;
 mod rank;
 mod record;
+mod record_file;
 mod run;
 mod start;
 mod summary;
@@ -70,8 +71,8 @@ pub use preset::{PRESETS, SynthesisSettings};
 pub use rank::rank_by_displacement;
 pub use record::{
     GraspRecord, OptimizerRecord, PreGrasp, RecordedPose, SCHEMA, Seconds, named_joints,
-    read_records, write_atomically, write_records,
 };
+pub use record_file::{read_records, write_atomically, write_records};
 pub use run::{Grasp, RunObserver, RunSettings, TrajectoryPoint, draw_start, synthesize_grasps};
 pub use start::{PAPER_STANDOFF, initial_pose, start_rng, transform_object_hand};
 pub use summary::{MetricMeans, Summary};

@@ -3,8 +3,8 @@
 use std::path::{Path, PathBuf};
 
 use graspd_geom::{
-    MassProperties, SdfGrid, SignedDistance, TriangleMesh, builtin_object, closed_surface,
-    load_mesh,
+    BUILTIN_OBJECTS, GeometryError, MassProperties, SdfGrid, SignedDistance, TriangleMesh,
+    builtin_object, closed_surface, load_mesh,
 };
 use graspd_sim::SimulatedObject;
 
@@ -32,7 +32,7 @@ impl NamedMesh {
     /// A built-in object, or else the closed mesh in a file, multiplied by `scale`.
     ///
     /// # Errors
-    /// If there is neither, the file cannot be read, the mesh is not closed, or the scale is not positive.
+    /// [`GraspError::UnknownObject`] if there is neither; otherwise if the file cannot be read, the mesh is not closed, or the scale is not positive.
     pub fn load(name_or_path: &str, scale: f64) -> Result<Self, GraspError> {
         if !(scale.is_finite() && scale > 0.0) {
             return Err(GraspError::InvalidSetting {
@@ -50,7 +50,12 @@ impl NamedMesh {
             });
         }
         let path = Path::new(name_or_path);
-        let mesh = closed_surface(&load_mesh(path)?, name_or_path)?;
+        let mesh = load_mesh(path).map_err(|error| match error {
+            // A name that is no file's either is more likely misspelt than in need of conversion.
+            GeometryError::UnsupportedFormat { .. } if !path.exists() => unknown(name_or_path),
+            error => error.into(),
+        })?;
+        let mesh = closed_surface(&mesh, name_or_path)?;
         Ok(Self {
             name: path.file_stem().map_or_else(
                 || name_or_path.into(),
@@ -69,11 +74,25 @@ impl NamedMesh {
             .map_or_else(|| self.name.clone(), |path| path.display().to_string())
     }
 
+    /// The file as records keep it; `None` for a built-in object.
+    pub fn path_text(&self) -> Option<String> {
+        let path = self.path.as_ref()?;
+        Some(path.to_string_lossy().into_owned())
+    }
+
     /// The longest side of the bounding box \[m\].
     pub fn largest_side(&self) -> f64 {
         self.mesh
             .bounds()
             .map_or(0.0, |(low, high)| (high - low).max())
+    }
+}
+
+fn unknown(name: &str) -> GraspError {
+    let names: Vec<&str> = BUILTIN_OBJECTS.iter().map(|object| object.name).collect();
+    GraspError::UnknownObject {
+        name: name.to_owned(),
+        built_in: names.join(", "),
     }
 }
 

@@ -1,8 +1,6 @@
 //! What a grasp looks like on disk: one JSON object a line (schema `graspd.grasp/1`).
 
 use std::collections::BTreeMap;
-use std::io::Write;
-use std::path::Path;
 
 use graspd_eval::GraspMetrics;
 use graspd_geom::{Quaternion, Vec3};
@@ -73,21 +71,26 @@ pub struct Seconds {
 }
 
 /// One grasp.
+///
+/// To be read, a record needs only `object`, `hand`, `pose` and, for the pose of a hand with joints, `joints_rad`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct GraspRecord {
     /// [`SCHEMA`].
+    #[serde(default = "this_schema")]
     pub schema: String,
     /// Name of the object.
     pub object: String,
     /// The file that the object was read from; `None` for a built-in one.
     pub object_path: Option<String>,
     /// The factor that the file's coordinates were multiplied by.
+    #[serde(default = "unscaled")]
     pub object_scale: f64,
     /// Name of the hand.
     pub hand: String,
     /// Seed of the run.
     pub seed: Option<u64>,
-    /// Which start of the run.
+    /// Which start of the run; [`read_records`](crate::read_records) numbers records that do not say.
+    #[serde(default)]
     pub index: usize,
     /// The hand's base.
     pub pose: RecordedPose,
@@ -105,6 +108,14 @@ pub struct GraspRecord {
     pub rank: Option<usize>,
     /// Timings; the only part that may differ between identical runs.
     pub seconds: Option<Seconds>,
+}
+
+fn this_schema() -> String {
+    SCHEMA.into()
+}
+
+fn unscaled() -> f64 {
+    1.0
 }
 
 impl GraspRecord {
@@ -160,7 +171,7 @@ impl GraspRecord {
     }
 
     /// Whether every number that must be there is one.
-    fn is_finite(&self) -> bool {
+    pub(crate) fn is_finite(&self) -> bool {
         let of_pose =
             |pose: &RecordedPose| [&pose.translation_m[..], &pose.rotation_wxyz[..]].concat();
         let mut numbers = of_pose(&self.pose);
@@ -193,90 +204,4 @@ pub fn named_joints(names: &[String], articulation: &[f64]) -> BTreeMap<String, 
         .cloned()
         .zip(articulation.iter().copied())
         .collect()
-}
-
-/// Reads a `grasps.jsonl`.
-///
-/// # Errors
-/// If the file cannot be read, or a line is not a record; names the file and the line.
-pub fn read_records(path: &Path) -> Result<Vec<GraspRecord>, GraspError> {
-    let text = std::fs::read_to_string(path).map_err(|source| GraspError::Read {
-        path: path.to_owned(),
-        source,
-    })?;
-    let mut records = Vec::new();
-    for (number, line) in text.lines().enumerate() {
-        if line.trim().is_empty() {
-            continue;
-        }
-        let failed = |fault: String| GraspError::ParseRecord {
-            path: path.to_owned(),
-            line: number + 1,
-            fault,
-        };
-        let record: GraspRecord =
-            serde_json::from_str(line).map_err(|error| failed(error.to_string()))?;
-        if record.schema != SCHEMA {
-            return Err(failed(format!("its schema is `{}`", record.schema)));
-        }
-        records.push(record);
-    }
-    if records.is_empty() {
-        return Err(GraspError::ParseRecord {
-            path: path.to_owned(),
-            line: 0,
-            fault: "it holds no grasp".into(),
-        });
-    }
-    Ok(records)
-}
-
-/// Writes records one a line, atomically.
-///
-/// # Errors
-/// If the file cannot be written, or a record holds a number that is not finite, which JSON has no word for (metrics
-/// become null instead).
-pub fn write_records(path: &Path, records: &[GraspRecord]) -> Result<(), GraspError> {
-    let mut text = String::new();
-    for record in records {
-        if !record.is_finite() {
-            return Err(GraspError::InvalidRecord {
-                index: record.index,
-                fault: "it has a number that is not finite".into(),
-            });
-        }
-        let line = serde_json::to_string(record).map_err(|error| GraspError::ParseRecord {
-            path: path.to_owned(),
-            line: 0,
-            fault: error.to_string(),
-        })?;
-        text.push_str(&line);
-        text.push('\n');
-    }
-    write_atomically(path, text.as_bytes())
-}
-
-/// Writes a file under a temporary name beside it, flushes it to the disk and renames it into place.
-///
-/// # Errors
-/// If any of this fails; names the path.
-pub fn write_atomically(path: &Path, bytes: &[u8]) -> Result<(), GraspError> {
-    let failed = |source| GraspError::Write {
-        path: path.to_owned(),
-        source,
-    };
-    let mut name = path.file_name().unwrap_or_default().to_owned();
-    name.push(format!(".{}.part", std::process::id()));
-    let temporary = path.with_file_name(name);
-    let write = || {
-        let mut file = std::fs::File::create(&temporary)?;
-        file.write_all(bytes)?;
-        file.sync_all()?;
-        std::fs::rename(&temporary, path)
-    };
-    write().map_err(|source| {
-        // What was written so far is of no use to anyone; failing to remove it changes nothing.
-        let _ = std::fs::remove_file(&temporary);
-        failed(source)
-    })
 }

@@ -232,11 +232,7 @@ fn record_of(
     GraspRecord {
         schema: SCHEMA.into(),
         object: object.source.name.clone(),
-        object_path: object
-            .source
-            .path
-            .as_ref()
-            .map(|path| path.to_string_lossy().into_owned()),
+        object_path: object.source.path_text(),
         object_scale: object.source.scale,
         hand: hand.name().into(),
         seed: None,

@@ -1,30 +1,40 @@
 //! `graspd eval`: judges grasps already made.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
+use std::time::Instant;
 
 use anyhow::{Context, Result, bail};
 use clap::Args;
-use graspd::{GraspRecord, NamedMesh, Summary, rank_by_displacement, read_records, write_records};
+use clap::builder::NonEmptyStringValueParser;
+use graspd::{GraspRecord, Summary, rank_by_displacement, read_records, write_records};
 use graspd_eval::{EvaluationSettings, ObjectUnderTest, evaluate};
-use graspd_hand::load_hand;
+use graspd_geom::TriangleMesh;
+use graspd_hand::HandPose;
 use rayon::prelude::*;
+use serde::Serialize;
 
-use super::input::{load_object, on_threads};
+use super::input::on_threads;
+use super::output::prepare_file;
+use super::subject::{hand_of, object_of, poses_of};
+use crate::console::{print, print_json};
 use crate::progress::Progress;
-use crate::table::print_grasps;
+use crate::table::grasps_table;
+
+/// A posed hand larger than this is a mistake in the record, and would take voxels without number \[m\].
+const LARGEST_HAND: f64 = 10.0;
 
 #[derive(Args)]
 pub(crate) struct Arguments {
     /// A folder that holds grasps.jsonl, or such a file
     grasps: PathBuf,
-    /// The object, where the records do not name it (or name another place)
-    #[arg(long)]
+    /// The object's mesh or built-in name, where the records do not tell it (or tell another place)
+    #[arg(long, value_name = "MESH", value_parser = NonEmptyStringValueParser::new())]
     object: Option<String>,
     /// Multiplies the object's coordinates (as recorded by default)
-    #[arg(long)]
+    #[arg(long, allow_negative_numbers = true)]
     scale: Option<f64>,
     /// The hand, where the records do not name a built-in one
-    #[arg(long)]
+    #[arg(long, value_parser = NonEmptyStringValueParser::new())]
     hand: Option<String>,
     /// Only these metrics, separated by commas: ca, iv, pd (penetration depth), gws (epsilon and volume), sd, sd6
     #[arg(long, default_value = "all", value_name = "LIST")]
@@ -43,93 +53,92 @@ pub(crate) struct Arguments {
     quiet: bool,
 }
 
+/// What `--json` prints.
+#[derive(Serialize)]
+struct Report<'a> {
+    summary: &'a Summary,
+    grasps: &'a [GraspRecord],
+}
+
 pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     on_threads(arguments.threads, || judge(arguments))?
 }
 
 fn judge(arguments: &Arguments) -> Result<()> {
+    let quiet = arguments.quiet;
     let file = if arguments.grasps.is_dir() {
         arguments.grasps.join("grasps.jsonl")
     } else {
         arguments.grasps.clone()
     };
     let mut records = read_records(&file)?;
-    let source = object_of(arguments, &records)?;
-    let hand_name = match arguments.hand.clone().or_else(|| recorded_hand(&file)) {
-        Some(hand) => hand,
-        None => common(&records, "hand", |record| record.hand.clone())?,
-    };
-    let hand = load_hand(&hand_name).with_context(|| {
-        format!("the records' hand is `{hand_name}`; name the file with --hand if it is a URDF")
-    })?;
+    let hand = hand_of(&records, &file, arguments.hand.as_deref(), quiet)?;
+    let poses = poses_of(&records, &file, hand.as_ref(), quiet)?;
+    let source = object_of(
+        &records,
+        &file,
+        arguments.object.as_deref(),
+        arguments.scale,
+        quiet,
+    )?;
+    if let Some(output) = &arguments.output {
+        prepare_file(output, "-o")?;
+    }
     let settings = EvaluationSettings {
         metrics: arguments.metrics,
         ..EvaluationSettings::default()
     };
-    let object = ObjectUnderTest::new(&source.mesh)?;
+    let object = ObjectUnderTest::new(&source.mesh).with_context(|| source.label())?;
 
-    let progress = Progress::start("evaluation", records.len() as u64, arguments.quiet);
+    if arguments.object.is_some() || arguments.scale.is_some() {
+        // The records now speak of this object: the metrics are against it.
+        for record in &mut records {
+            record.object.clone_from(&source.name);
+            record.object_path = source.path_text();
+            record.object_scale = source.scale;
+        }
+    }
+    let progress = Progress::start("evaluation", records.len() as u64, quiet);
+    let judge_one = |record: &mut GraspRecord, pose: &HandPose| -> Result<()> {
+        let started = Instant::now();
+        let surface = hand.surface(pose);
+        check_size(&surface)?;
+        record.metrics = Some(evaluate(&object, &surface, &settings)?);
+        record.seconds.get_or_insert_default().evaluation = started.elapsed().as_secs_f64();
+        Ok(())
+    };
     records
         .par_iter_mut()
-        .try_for_each(|record| -> Result<()> {
-            let started = std::time::Instant::now();
-            let pose = record.hand_pose(hand.articulation_names())?;
-            record.metrics = Some(evaluate(&object, &hand.surface(&pose), &settings)?);
-            record.seconds.get_or_insert_default().evaluation = started.elapsed().as_secs_f64();
+        .zip(&poses)
+        .try_for_each(|(record, pose)| -> Result<()> {
+            judge_one(record, pose)
+                .with_context(|| format!("{}: grasp {}", file.display(), record.index))?;
             progress.advance(1);
             Ok(())
         })?;
     progress.finish();
-    rank_by_displacement(&mut records);
+    if arguments.metrics.displacement {
+        rank_by_displacement(&mut records);
+    }
     let summary = Summary::of(&records);
     if let Some(output) = &arguments.output {
         write_records(output, &records)?;
     }
     if arguments.json {
-        let value = serde_json::json!({"summary": summary, "grasps": records});
-        println!("{}", serde_json::to_string_pretty(&value)?);
-    } else {
-        print_grasps(&records, &summary);
+        return print_json(&Report {
+            summary: &summary,
+            grasps: &records,
+        });
+    }
+    print(&grasps_table(&records, &summary))
+}
+
+fn check_size(surface: &TriangleMesh) -> Result<()> {
+    let size = surface
+        .bounds()
+        .map_or(0.0, |(low, high)| (high - low).max());
+    if size.is_nan() || size > LARGEST_HAND {
+        bail!("the posed hand is {size:.3e} m long; check the joints' units");
     }
     Ok(())
-}
-
-fn object_of(arguments: &Arguments, records: &[GraspRecord]) -> Result<NamedMesh> {
-    let name = match &arguments.object {
-        Some(object) => object.clone(),
-        None => common(records, "object", |record| {
-            record
-                .object_path
-                .clone()
-                .unwrap_or_else(|| record.object.clone())
-        })?,
-    };
-    let scale = match arguments.scale {
-        Some(scale) => scale,
-        None => records.first().map_or(1.0, |record| record.object_scale),
-    };
-    load_object(&name, scale, arguments.quiet)
-}
-
-/// The hand that `run.toml` beside the records names: a record has the hand's name, but not its file.
-fn recorded_hand(records: &Path) -> Option<String> {
-    let text = std::fs::read_to_string(records.with_file_name("run.toml")).ok()?;
-    let run: toml::Table = text.parse().ok()?;
-    run.get("hand")?.as_str().map(str::to_owned)
-}
-
-/// What all records agree on.
-fn common(
-    records: &[GraspRecord],
-    what: &str,
-    of: impl Fn(&GraspRecord) -> String,
-) -> Result<String> {
-    let mut names = records.iter().map(of);
-    let first = names.next().context("there are no grasps")?;
-    if let Some(other) = names.find(|name| *name != first) {
-        bail!(
-            "the records name several {what}s ({first}, {other}); evaluate one at a time, or set --{what}"
-        );
-    }
-    Ok(first)
 }

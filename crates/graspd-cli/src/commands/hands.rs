@@ -4,6 +4,8 @@ use anyhow::Result;
 use clap::{Args, Subcommand};
 use graspd_hand::{BUILTIN_HANDS, Hand, load_hand};
 
+use crate::console::{print, print_json};
+
 #[derive(Args)]
 pub(crate) struct Arguments {
     #[command(subcommand)]
@@ -40,14 +42,14 @@ fn list(json: bool) -> Result<()> {
             .iter()
             .map(|hand| serde_json::json!({"name": hand.name, "description": hand.description}))
             .collect();
-        println!("{}", serde_json::to_string_pretty(&list)?);
-    } else {
-        for hand in BUILTIN_HANDS {
-            println!("{:10} {}", hand.name, hand.description);
-        }
-        println!("any URDF: name its file; `graspd hands inspect FILE` tells what was found in it");
+        return print_json(&list);
     }
-    Ok(())
+    let mut text = String::new();
+    for hand in BUILTIN_HANDS {
+        text += &format!("{:10} {}\n", hand.name, hand.description);
+    }
+    text += "any URDF: name its file; `graspd hands inspect FILE` tells what was found in it\n";
+    print(&text)
 }
 
 fn inspect(hand: &dyn Hand, json: bool) -> Result<()> {
@@ -62,17 +64,17 @@ fn inspect(hand: &dyn Hand, json: bool) -> Result<()> {
                 .count()
         })
         .collect();
-    let limits = hand.limits().unwrap_or_default();
-    let joints = hand
-        .articulation_names()
-        .iter()
-        .zip(limits)
-        .zip(hand.open_articulation());
+    let names = hand.articulation_names();
+    // Some hands have no limits at all.
+    let limit = |joint: usize| hand.limits().and_then(|limits| limits.get(joint));
+    let joints = names.iter().zip(hand.open_articulation()).enumerate();
     if json {
         let value = serde_json::json!({
             "name": hand.name(),
-            "joints": joints.map(|((name, limit), open)| serde_json::json!({
-                "name": name, "lower": limit.lower, "upper": limit.upper, "open": open,
+            "joints": joints.map(|(joint, (name, open))| serde_json::json!({
+                "name": name, "open": open,
+                "lower": limit(joint).map(|limit| limit.lower),
+                "upper": limit(joint).map(|limit| limit.upper),
             })).collect::<Vec<_>>(),
             "contact_points": contacts.count,
             "bodies": hand.body_names().iter().zip(&per_body).map(|(name, count)| {
@@ -86,31 +88,30 @@ fn inspect(hand: &dyn Hand, json: bool) -> Result<()> {
                 "fingers": [palm.fingers.x, palm.fingers.y, palm.fingers.z],
             },
         });
-        println!("{}", serde_json::to_string_pretty(&value)?);
-        return Ok(());
+        return print_json(&value);
     }
-    println!("{}", hand.name());
-    println!("joints ({}):", hand.articulation_names().len());
-    for ((name, limit), open) in joints {
-        println!(
-            "  {name:20} {:8.3} .. {:7.3}  open {open:7.3}",
-            limit.lower, limit.upper
+    let mut text = format!("{}\njoints ({}):\n", hand.name(), names.len());
+    for (joint, (name, open)) in joints {
+        let range = limit(joint).map_or_else(
+            || "no limits".into(),
+            |limit| format!("{:8.3} .. {:7.3}", limit.lower, limit.upper),
         );
+        text += &format!("  {name:20} {range:>19}  open {open:7.3}\n");
     }
-    println!("contact points: {}", contacts.count);
+    text += &format!("contact points: {}\n", contacts.count);
     for (name, count) in hand.body_names().iter().zip(&per_body) {
         if *count > 0 {
-            println!("  {name:20} {count:5}");
+            text += &format!("  {name:20} {count:5}\n");
         }
     }
-    println!(
-        "self-collision: {} spheres, {} pairs",
+    text += &format!(
+        "self-collision: {} spheres, {} pairs\n",
         spheres.radius.len(),
         spheres.pairs.len()
     );
     let vector = |v: [f64; 3]| format!("({:.4}, {:.4}, {:.4})", v[0], v[1], v[2]);
-    println!("palm centre {} m", vector(palm.center.coords.into()));
-    println!("palm normal {}", vector(palm.normal.into()));
-    println!("fingers     {}", vector(palm.fingers.into()));
-    Ok(())
+    text += &format!("palm centre {} m\n", vector(palm.center.coords.into()));
+    text += &format!("palm normal {}\n", vector(palm.normal.into()));
+    text += &format!("fingers     {}\n", vector(palm.fingers.into()));
+    print(&text)
 }

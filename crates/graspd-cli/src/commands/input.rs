@@ -1,34 +1,59 @@
 //! What several commands do with their input.
 
+use std::ops::RangeInclusive;
+
 use anyhow::{Context, Result, bail};
 use graspd::{GraspObject, NamedMesh};
 
-use crate::progress::{Progress, warn};
+use crate::console::warn;
+use crate::progress::Progress;
 
 /// Largest sides between these are taken without a word \[m\].
-const USUAL_SIZE: std::ops::RangeInclusive<f64> = 0.005..=1.0;
+const USUAL_SIZE: RangeInclusive<f64> = 0.005..=1.0;
 /// Sides beyond these cannot be meant \[m\]: no hand takes a house or a grain of sand.
-const POSSIBLE_SIZE: std::ops::RangeInclusive<f64> = 0.0005..=10.0;
+const POSSIBLE_SIZE: RangeInclusive<f64> = 0.0005..=10.0;
+/// Samples of a distance grid along each axis: fewer make no cell, and more fill gigabytes.
+const RESOLUTIONS: RangeInclusive<usize> = 2..=1024;
+/// More threads than any machine has cores cost memory and gain nothing.
+const MOST_THREADS: usize = 1024;
 
 /// Loads an object and warns where its unit is likely not the metre.
 pub(crate) fn load_object(name_or_path: &str, scale: f64, quiet: bool) -> Result<NamedMesh> {
     let object = NamedMesh::load(name_or_path, scale)?;
     let size = object.largest_side();
     let unit_hint = if size > 1.0 {
-        "if its unit is the millimetre, add --scale 0.001"
+        "if its unit is the millimetre, set --scale 0.001"
     } else {
         "if its unit is not the metre, set --scale"
     };
+    let side = format!("{name_or_path}: its largest side is {}", length(size));
     if !POSSIBLE_SIZE.contains(&size) {
-        bail!("{name_or_path}: its largest side is {size} m, which no hand can grasp; {unit_hint}");
+        bail!("{side}, which no hand can grasp; {unit_hint}");
     }
     if !USUAL_SIZE.contains(&size) {
-        warn(
-            quiet,
-            &format!("{name_or_path}: its largest side is {size} m; {unit_hint}"),
-        );
+        warn(quiet, &format!("{side}; {unit_hint}"));
     }
     Ok(object)
+}
+
+/// A length in the unit that a reader expects, to about three digits.
+fn length(metres: f64) -> String {
+    if metres >= 1e5 {
+        format!("{metres:.2e} m")
+    } else if metres >= 1.0 {
+        format!("{metres:.2} m")
+    } else {
+        format!("{:.3} mm", 1000.0 * metres)
+    }
+}
+
+/// Refuses a resolution that no distance grid can have, before any work is done.
+pub(crate) fn check_resolution(resolution: usize) -> Result<()> {
+    if !RESOLUTIONS.contains(&resolution) {
+        let (least, most) = (RESOLUTIONS.start(), RESOLUTIONS.end());
+        bail!("--resolution is {resolution}; it must be {least} to {most}");
+    }
+    Ok(())
 }
 
 /// Builds the distance grid with progress.
@@ -52,8 +77,12 @@ pub(crate) fn on_threads<R: Send>(
     threads: Option<usize>,
     work: impl FnOnce() -> R + Send,
 ) -> Result<R> {
-    if threads == Some(0) {
-        bail!("--threads is 0; it must be at least 1 (leave it out for one on each core)");
+    if let Some(count) = threads
+        && !(1..=MOST_THREADS).contains(&count)
+    {
+        bail!(
+            "--threads is {count}; it must be 1 to {MOST_THREADS} (leave it out for one on each core)"
+        );
     }
     let pool = rayon::ThreadPoolBuilder::new()
         .num_threads(threads.unwrap_or(0))

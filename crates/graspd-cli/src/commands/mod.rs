@@ -6,4 +6,5 @@ pub(crate) mod input;
 pub(crate) mod objects;
 pub(crate) mod output;
 pub(crate) mod sdf;
+pub(crate) mod subject;
 pub(crate) mod synth;

@@ -4,6 +4,8 @@ use anyhow::{Context, Result};
 use clap::Args;
 use graspd_geom::{BUILTIN_OBJECTS, builtin_object, signed_volume};
 
+use crate::console::{print, print_json};
+
 #[derive(Args)]
 pub(crate) struct Arguments {
     /// Print as JSON
@@ -32,14 +34,14 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
                 })
             })
             .collect();
-        println!("{}", serde_json::to_string_pretty(&list)?);
-        return Ok(());
+        return print_json(&list);
     }
+    let mut text = String::new();
     for (object, size, volume, faces) in rows {
-        println!(
-            "{:10} {:5.1} x {:5.1} x {:5.1} mm  {:7.1} cm3  {:6} faces  {}",
+        text += &format!(
+            "{:10} {:5.1} x {:5.1} x {:5.1} mm  {:7.1} cm3  {:6} faces  {}\n",
             object.name, size.x, size.y, size.z, volume, faces, object.description
         );
     }
-    Ok(())
+    print(&text)
 }

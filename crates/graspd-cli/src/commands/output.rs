@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, anyhow, bail};
 use graspd::{Grasp, GraspRecord, Summary, SynthesisSettings, write_atomically, write_records};
 use graspd_geom::{TriangleMesh, save_obj};
 use graspd_hand::Hand;
@@ -12,12 +12,16 @@ use serde::Serialize;
 #[derive(Serialize)]
 pub(crate) struct RunDescription<'a> {
     pub(crate) graspd_version: &'static str,
+    pub(crate) record_schema: &'static str,
     pub(crate) object: &'a str,
     pub(crate) object_scale: f64,
     pub(crate) hand: &'a str,
     pub(crate) seed: u64,
     pub(crate) grasps: usize,
+    /// How many of them are kept; absent where all are.
+    pub(crate) top_k: Option<usize>,
     pub(crate) sdf_resolution: usize,
+    pub(crate) sdf_padding_m: f64,
     pub(crate) machine: Machine,
     pub(crate) settings: &'a SynthesisSettings,
     pub(crate) evaluation: &'a graspd_eval::EvaluationSettings,
@@ -28,21 +32,77 @@ pub(crate) struct RunDescription<'a> {
 pub(crate) struct Machine {
     pub(crate) os: &'static str,
     pub(crate) arch: &'static str,
+    /// Cores that the program may use; absent where the system does not tell.
+    pub(crate) cores: Option<usize>,
     pub(crate) threads: usize,
 }
 
 /// Makes the folder and tries to write in it, so that a mistaken path is found before the work and not after.
 pub(crate) fn prepare_folder(folder: &Path) -> Result<()> {
-    let context = || {
-        format!(
-            "cannot write into {}; choose another output folder with -o",
-            folder.display()
+    let probe = folder.join(format!(".graspd.{}.probe", std::process::id()));
+    std::fs::create_dir_all(folder)
+        .and_then(|()| try_to_write(&probe))
+        .map_err(|error| {
+            anyhow!(
+                "{}: cannot write into this folder: {error}; choose another one with -o",
+                folder.display()
+            )
+        })
+}
+
+/// Tries to write beside a file that is to be written, for the same reason; `flag` is the option that names it.
+pub(crate) fn prepare_file(file: &Path, flag: &str) -> Result<()> {
+    let name = file.file_name().unwrap_or_default();
+    if name.is_empty() || file.is_dir() {
+        bail!(
+            "{}: this is a folder, not a file; add a file name to {flag}",
+            file.display()
+        );
+    }
+    let mut probe = name.to_owned();
+    probe.push(format!(".{}.probe", std::process::id()));
+    try_to_write(&file.with_file_name(probe)).map_err(|error| {
+        anyhow!(
+            "{}: cannot be written: {error}; name a file in a folder that exists and is writable with {flag}",
+            file.display()
         )
-    };
-    std::fs::create_dir_all(folder).with_context(context)?;
-    let probe = folder.join(".graspd-write-test");
-    std::fs::write(&probe, b"").with_context(context)?;
-    std::fs::remove_file(&probe).with_context(context)
+    })
+}
+
+fn try_to_write(probe: &Path) -> std::io::Result<()> {
+    std::fs::write(probe, b"")?;
+    std::fs::remove_file(probe)
+}
+
+/// Removes what an earlier run with other options left in the folder and this run is not going to replace: poses
+/// and trajectories that do not belong to the grasps beside them.
+pub(crate) fn remove_leftovers(folder: &Path) -> Result<()> {
+    let mut leftovers = vec![folder.join("trajectory.npz")];
+    // Where there are no meshes, there are none left over.
+    for entry in std::fs::read_dir(folder.join("meshes"))
+        .into_iter()
+        .flatten()
+    {
+        let entry = entry.with_context(|| format!("cannot list {}", folder.display()))?;
+        let name = entry.file_name();
+        let number = name
+            .to_str()
+            .and_then(|name| name.strip_suffix("_hand.obj"));
+        let is_hand = number.is_some_and(|n| n.len() >= 3 && n.bytes().all(|b| b.is_ascii_digit()));
+        if is_hand || name == "object.obj" {
+            leftovers.push(entry.path());
+        }
+    }
+    for file in leftovers {
+        match std::fs::remove_file(&file) {
+            Err(error) if error.kind() != std::io::ErrorKind::NotFound => bail!(
+                "{}: left by an earlier run, and cannot be removed: {error}; choose another output folder with -o",
+                file.display()
+            ),
+            _ => {}
+        }
+    }
+    Ok(())
 }
 
 /// Writes `run.toml`.
@@ -73,8 +133,7 @@ pub(crate) fn write_meshes(
     grasps: &[Grasp],
 ) -> Result<()> {
     let folder = folder.join("meshes");
-    std::fs::create_dir_all(&folder)
-        .with_context(|| format!("cannot write into {}", folder.display()))?;
+    prepare_folder(&folder)?;
     save_obj(object, folder.join("object.obj"))?;
     for grasp in grasps {
         let name = format!("{:03}_hand.obj", grasp.record.index);

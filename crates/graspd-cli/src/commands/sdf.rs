@@ -3,26 +3,30 @@
 use std::path::PathBuf;
 use std::time::Instant;
 
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, bail};
 use clap::Args;
+use clap::builder::NonEmptyStringValueParser;
 use graspd::{PAPER_PADDING, PAPER_RESOLUTION, write_atomically};
 use graspd_geom::{SdfGrid, SignedDistance};
 
-use super::input::{load_object, on_threads};
+use super::input::{check_resolution, load_object, on_threads};
+use super::output::prepare_file;
+use crate::console::{print, print_json};
 use crate::progress::Progress;
 
 #[derive(Args)]
 pub(crate) struct Arguments {
     /// Built-in object (see `graspd objects`) or a closed mesh: .obj .stl .ply .off
+    #[arg(value_parser = NonEmptyStringValueParser::new())]
     object: String,
     /// Samples along each axis
     #[arg(long, default_value_t = PAPER_RESOLUTION)]
     resolution: usize,
     /// Distance by which the grid reaches beyond the mesh's bounding box [m]
-    #[arg(long, default_value_t = PAPER_PADDING)]
+    #[arg(long, default_value_t = PAPER_PADDING, allow_negative_numbers = true)]
     padding: f64,
     /// Multiplies the object's coordinates
-    #[arg(long, default_value_t = 1.0)]
+    #[arg(long, default_value_t = 1.0, allow_negative_numbers = true)]
     scale: f64,
     /// Output file (OBJECT.npz by default): sdf [n, n, n] in metres, origin [3], spacing [3]
     #[arg(short, long, value_name = "FILE.npz")]
@@ -43,11 +47,19 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
 }
 
 fn build(arguments: &Arguments) -> Result<()> {
+    check_resolution(arguments.resolution)?;
+    if !(arguments.padding.is_finite() && arguments.padding >= 0.0) {
+        bail!(
+            "--padding is {}; it must be a length in metres, 0 or more",
+            arguments.padding
+        );
+    }
     let object = load_object(&arguments.object, arguments.scale, arguments.quiet)?;
     let output = arguments
         .output
         .clone()
         .unwrap_or_else(|| PathBuf::from(format!("{}.npz", object.name)));
+    prepare_file(&output, "-o")?;
     let started = Instant::now();
     let title = format!("signed distance, {}^3", arguments.resolution);
     let progress = Progress::start(&title, 1000, arguments.quiet);
@@ -65,24 +77,22 @@ fn build(arguments: &Arguments) -> Result<()> {
     let (origin, spacing) = (grid.origin(), grid.spacing());
     if arguments.json {
         let value = serde_json::json!({
-            "file": output,
+            "file": output.to_string_lossy(),
             "resolution": grid.dims(),
             "origin_m": [origin.x, origin.y, origin.z],
             "spacing_m": [spacing.x, spacing.y, spacing.z],
             "seconds": seconds,
         });
-        println!("{}", serde_json::to_string_pretty(&value)?);
-    } else {
-        println!(
-            "{}: {}^3 samples in {seconds:.1} s, spacing {:.3} x {:.3} x {:.3} mm",
-            output.display(),
-            arguments.resolution,
-            1000.0 * spacing.x,
-            1000.0 * spacing.y,
-            1000.0 * spacing.z
-        );
+        return print_json(&value);
     }
-    Ok(())
+    print(&format!(
+        "{}: {}^3 samples in {seconds:.1} s, spacing {:.3} x {:.3} x {:.3} mm\n",
+        output.display(),
+        arguments.resolution,
+        1000.0 * spacing.x,
+        1000.0 * spacing.y,
+        1000.0 * spacing.z
+    ))
 }
 
 /// Arrays `sdf` (float32, index [i, j, k] at origin + (i, j, k) * spacing), `origin` and `spacing` (float64).

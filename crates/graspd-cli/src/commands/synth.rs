@@ -1,25 +1,30 @@
 //! `graspd synth`: the main job.
 
+use std::borrow::Cow;
+use std::num::NonZero;
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 use std::time::Instant;
 
 use anyhow::{Result, bail};
 use clap::Args;
+use clap::builder::{NonEmptyStringValueParser, PossibleValuesParser};
 use graspd::{
-    Grasp, GraspObject, GraspRecord, PAPER_RESOLUTION, PRESETS, RunObserver, RunSettings, Summary,
-    SynthesisSettings, synthesize_grasps,
+    Grasp, GraspObject, GraspRecord, PAPER_PADDING, PAPER_RESOLUTION, PRESETS, RunObserver,
+    RunSettings, SCHEMA, Summary, SynthesisSettings, synthesize_grasps,
 };
 use graspd_eval::EvaluationSettings;
 use graspd_hand::{Hand, load_hand};
+use serde::Serialize;
 
-use super::input::{load_object, on_threads, prepare_object};
+use super::input::{check_resolution, load_object, on_threads, prepare_object};
 use super::output::{
-    Machine, RunDescription, prepare_folder, write_meshes, write_results, write_run,
-    write_trajectories,
+    Machine, RunDescription, prepare_file, prepare_folder, remove_leftovers, write_meshes,
+    write_results, write_run, write_trajectories,
 };
+use crate::console::{print, print_json};
 use crate::progress::Progress;
-use crate::table::print_grasps;
+use crate::table::grasps_table;
 
 /// Poses are kept every so many steps with `--trajectory`.
 const TRAJECTORY_INTERVAL: usize = 20;
@@ -31,10 +36,10 @@ const PICTURE_PANEL: (usize, usize) = (640, 640);
 #[derive(Args)]
 pub(crate) struct Arguments {
     /// Built-in object (see `graspd objects`) or a closed mesh: .obj .stl .ply .off
-    #[arg(default_value = "mug")]
+    #[arg(default_value = "mug", value_parser = NonEmptyStringValueParser::new())]
     object: String,
     /// Built-in hand (see `graspd hands`) or a .urdf
-    #[arg(long, default_value = "allegro")]
+    #[arg(long, default_value = "allegro", value_parser = NonEmptyStringValueParser::new())]
     hand: String,
     /// How many grasps, each from its own start
     #[arg(short = 'n', long = "count", default_value_t = 10)]
@@ -43,10 +48,11 @@ pub(crate) struct Arguments {
     #[arg(long, value_name = "K")]
     top_k: Option<usize>,
     /// Seed of the starts
-    #[arg(long, default_value_t = 0)]
+    // TOML, and so run.toml, has no larger integers.
+    #[arg(long, default_value_t = 0, value_parser = clap::value_parser!(u64).range(..=i64::MAX as u64))]
     seed: u64,
     /// Set of parameters
-    #[arg(long, default_value = "default", value_parser = clap::builder::PossibleValuesParser::new(PRESETS))]
+    #[arg(long, default_value = "default", value_parser = PossibleValuesParser::new(PRESETS))]
     preset: String,
     /// Optimiser steps of each grasp (7000 by default); schedules stretch along
     #[arg(long)]
@@ -55,7 +61,7 @@ pub(crate) struct Arguments {
     #[arg(long, default_value_t = PAPER_RESOLUTION)]
     resolution: usize,
     /// Multiplies the object's coordinates (0.001 for a mesh in millimetres)
-    #[arg(long, default_value_t = 1.0)]
+    #[arg(long, default_value_t = 1.0, allow_negative_numbers = true)]
     scale: f64,
     /// Worker threads (one for each core by default); results do not depend on it
     #[arg(long)]
@@ -101,9 +107,13 @@ fn synthesize(arguments: &Arguments) -> Result<()> {
         evaluation: EvaluationSettings::default(),
     };
     run.validate()?;
-    prepare_folder(&arguments.output)?;
+    check_resolution(arguments.resolution)?;
     let hand = load_hand(&arguments.hand)?;
     let source = load_object(&arguments.object, arguments.scale, quiet)?;
+    prepare_folder(&arguments.output)?;
+    if let Some(file) = &arguments.png {
+        prepare_file(file, "--png")?;
+    }
 
     let started = Instant::now();
     let object = prepare_object(source, arguments.resolution, settings.density, quiet)?;
@@ -118,6 +128,7 @@ fn synthesize(arguments: &Arguments) -> Result<()> {
     grasps.truncate(arguments.top_k.unwrap_or(usize::MAX));
     let records = &all[..grasps.len()];
 
+    remove_leftovers(&arguments.output)?;
     write(arguments, &object, hand.as_ref(), &settings, &run, &grasps)?;
     write_results(&arguments.output, records, &summary)?;
     if let Some(file) = &arguments.png {
@@ -125,26 +136,44 @@ fn synthesize(arguments: &Arguments) -> Result<()> {
     }
 
     if arguments.json {
-        let value = serde_json::json!({
-            "summary": summary,
-            "grasps": records,
-            "output": arguments.output,
-            "seconds": {"preparation": preparation, "synthesis_and_evaluation": synthesis},
+        return print_json(&Report {
+            summary: &summary,
+            grasps: records,
+            output: arguments.output.to_string_lossy(),
+            seconds: PhaseSeconds {
+                preparation,
+                synthesis_and_evaluation: synthesis,
+            },
         });
-        println!("{}", serde_json::to_string_pretty(&value)?);
-        return Ok(());
     }
-    print_grasps(records, &summary);
-    println!(
-        "{} grasps in {synthesis:.1} s ({:.2} s each) after {preparation:.1} s of preparation; written to {}",
+    let mut text = grasps_table(records, &summary);
+    text += &format!(
+        "{} grasp{} in {synthesis:.1} s ({:.2} s each) after {preparation:.1} s of preparation; written to {}\n",
         all.len(),
+        if all.len() == 1 { "" } else { "s" },
         synthesis / all.len() as f64,
         arguments.output.display()
     );
     if let Some(file) = &arguments.png {
-        println!("picture of the best grasp: {}", file.display());
+        text += &format!("picture of the best grasp: {}\n", file.display());
     }
-    Ok(())
+    print(&text)
+}
+
+/// What `--json` prints.
+#[derive(Serialize)]
+struct Report<'a> {
+    summary: &'a Summary,
+    grasps: &'a [GraspRecord],
+    output: Cow<'a, str>,
+    seconds: PhaseSeconds,
+}
+
+/// Wall-clock seconds of the whole run.
+#[derive(Serialize)]
+struct PhaseSeconds {
+    preparation: f64,
+    synthesis_and_evaluation: f64,
 }
 
 /// Counts steps of all starts together.
@@ -189,7 +218,11 @@ fn synthesize_with_progress(
 ) -> Result<Vec<Grasp>> {
     let title = format!("{} grasps, {} steps", run.count, settings.steps);
     let reporter = Reporter {
-        progress: Progress::start(&title, (run.count * settings.steps) as u64, quiet),
+        progress: Progress::start(
+            &title,
+            run.count.saturating_mul(settings.steps) as u64,
+            quiet,
+        ),
         finished: Mutex::new(0),
         count: run.count,
     };
@@ -211,15 +244,19 @@ fn write(
         folder,
         &RunDescription {
             graspd_version: env!("CARGO_PKG_VERSION"),
+            record_schema: SCHEMA,
             object: &arguments.object,
             object_scale: arguments.scale,
             hand: &arguments.hand,
             seed: run.seed,
             grasps: run.count,
+            top_k: arguments.top_k,
             sdf_resolution: arguments.resolution,
+            sdf_padding_m: PAPER_PADDING,
             machine: Machine {
                 os: std::env::consts::OS,
                 arch: std::env::consts::ARCH,
+                cores: std::thread::available_parallelism().ok().map(NonZero::get),
                 threads: rayon::current_num_threads(),
             },
             settings,

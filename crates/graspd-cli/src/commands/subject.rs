@@ -1,0 +1,152 @@
+//! Which hand, poses and object grasp records speak of.
+
+use std::path::Path;
+
+use anyhow::{Context, Result, bail};
+use graspd::{GraspRecord, NamedMesh};
+use graspd_hand::{Hand, HandPose, load_hand};
+
+use super::input::load_object;
+use crate::console::warn;
+
+/// Joints may lie this far beyond their limits without a word \[rad or m\]: rounding, and optimisers that treat
+/// limits as soft.
+const LIMIT_TOLERANCE: f64 = 0.1;
+
+/// The hand that is asked for, or else that the records name.
+pub(crate) fn hand_of(
+    records: &[GraspRecord],
+    file: &Path,
+    asked: Option<&str>,
+    quiet: bool,
+) -> Result<Box<dyn Hand>> {
+    if let Some(asked) = asked {
+        let hand = load_hand(asked)?;
+        if let Some(other) = records.iter().find(|record| record.hand != hand.name()) {
+            let (asked, made_for) = (hand.name(), &other.hand);
+            let text = format!(
+                "{}: made for `{made_for}`, judged as `{asked}`",
+                file.display()
+            );
+            warn(quiet, &text);
+        }
+        return Ok(hand);
+    }
+    let name = common(file, records, "hand", |record| record.hand.clone())?;
+    // A record has the hand's name, but not its file; the run that made the record told that.
+    if let Some(recorded) = recorded_hand(file) {
+        match load_hand(&recorded) {
+            Ok(hand) if hand.name() == name => return Ok(hand),
+            Err(error) if Path::new(&recorded).exists() => return Err(error.into()),
+            _ => {}
+        }
+    }
+    load_hand(&name).with_context(|| {
+        format!(
+            "{}: cannot load the hand of these grasps; name its file with --hand",
+            file.display()
+        )
+    })
+}
+
+/// The hand that `run.toml` beside the records names.
+fn recorded_hand(records: &Path) -> Option<String> {
+    let text = std::fs::read_to_string(records.with_file_name("run.toml")).ok()?;
+    let run: toml::Table = text.parse().ok()?;
+    run.get("hand")?.as_str().map(str::to_owned)
+}
+
+/// The hand's poses; warns of the first joint that the hand lacks, and of the first beyond its limits.
+pub(crate) fn poses_of(
+    records: &[GraspRecord],
+    file: &Path,
+    hand: &dyn Hand,
+    quiet: bool,
+) -> Result<Vec<HandPose>> {
+    let names = hand.articulation_names();
+    let poses = records.iter().map(|record| record.hand_pose(names));
+    let poses = poses
+        .collect::<Result<Vec<_>, _>>()
+        .with_context(|| file.display().to_string())?;
+    let doubts = [
+        records.iter().find_map(|record| unused_joint(record, hand)),
+        records
+            .iter()
+            .zip(&poses)
+            .find_map(|(record, pose)| joint_beyond_limits(record, pose, hand)),
+    ];
+    for doubt in doubts.iter().flatten() {
+        let file = file.display();
+        warn(
+            quiet,
+            &format!("{file}: {doubt}; there may be more of the kind"),
+        );
+    }
+    Ok(poses)
+}
+
+fn unused_joint(record: &GraspRecord, hand: &dyn Hand) -> Option<String> {
+    let mut joints = record.joints_rad.iter().flatten();
+    let (unused, _) = joints.find(|(name, _)| !hand.articulation_names().contains(name))?;
+    let (index, hand) = (record.index, hand.name());
+    Some(format!(
+        "grasp {index}: `{hand}` has no joint `{unused}` that could be set; ignored"
+    ))
+}
+
+fn joint_beyond_limits(record: &GraspRecord, pose: &HandPose, hand: &dyn Hand) -> Option<String> {
+    let names = hand.articulation_names();
+    let mut joints = names.iter().zip(&pose.articulation).zip(hand.limits()?);
+    let ((name, value), limit) = joints.find(|((_, value), limit)| {
+        **value < limit.lower - LIMIT_TOLERANCE || **value > limit.upper + LIMIT_TOLERANCE
+    })?;
+    let (index, lower, upper) = (record.index, limit.lower, limit.upper);
+    Some(format!(
+        "grasp {index}: joint `{name}` is {value}, but its limits are {lower} to {upper}; joints are in radians"
+    ))
+}
+
+/// The object that is asked for, or else that the records name.
+pub(crate) fn object_of(
+    records: &[GraspRecord],
+    file: &Path,
+    asked: Option<&str>,
+    scale: Option<f64>,
+    quiet: bool,
+) -> Result<NamedMesh> {
+    let scale = match scale {
+        Some(scale) => scale,
+        None => common(file, records, "scale", |record| record.object_scale)?,
+    };
+    if let Some(asked) = asked {
+        return load_object(asked, scale, quiet);
+    }
+    let name = common(file, records, "object", |record| {
+        let path = record.object_path.as_ref();
+        path.unwrap_or(&record.object).clone()
+    })?;
+    load_object(&name, scale, quiet).with_context(|| {
+        format!(
+            "{}: cannot load the object of these grasps; name its mesh with --object",
+            file.display()
+        )
+    })
+}
+
+/// What all records agree on.
+fn common<T: PartialEq + std::fmt::Display>(
+    file: &Path,
+    records: &[GraspRecord],
+    what: &str,
+    of: impl Fn(&GraspRecord) -> T,
+) -> Result<T> {
+    let mut values = records.iter().map(of);
+    let first = values.next().context("there are no grasps")?;
+    if let Some(other) = values.find(|value| *value != first) {
+        bail!(
+            "{}: the grasps are for more than one {what} ({first}, {other}); evaluate them one at a time, or set --{what}",
+            file.display()
+        );
+    }
+    Ok(first)
+}

@@ -1,0 +1,101 @@
+//! Hands that cannot be loaded.
+
+use std::path::PathBuf;
+
+use tempfile::{TempDir, tempdir};
+
+use crate::outcome::{graspd, text};
+
+/// Every command that takes a hand refuses it in the same words.
+fn every_command_refuses(hand: &str, parts: &[&str]) {
+    let folder = tempdir().unwrap();
+    let run = folder.path().join("run");
+    graspd(["synth", "--hand", hand, "-o", text(&run)]).fails_at_once(parts);
+    graspd(["hands", "inspect", hand]).fails_at_once(parts);
+    assert!(!run.exists(), "a mistake leaves nothing behind");
+}
+
+fn written(folder: &TempDir, name: &str, content: &str) -> PathBuf {
+    let path = folder.path().join(name);
+    std::fs::write(&path, content).unwrap();
+    path
+}
+
+const BOX: &str = r#"<collision><geometry><box size="0.02 0.02 0.05"/></geometry></collision>"#;
+
+fn joint(name: &str, parent: &str, child: &str) -> String {
+    format!(
+        r#"<joint name="{name}" type="revolute"><parent link="{parent}"/><child link="{child}"/><axis xyz="1 0 0"/>
+        <limit lower="0" upper="1" effort="1" velocity="1"/></joint>"#
+    )
+}
+
+#[test]
+fn no_such_hand() {
+    let parts = [
+        "claw: ",
+        "neither a built-in hand (allegro",
+        "nor an existing file",
+        ".urdf",
+    ];
+    every_command_refuses("claw", &parts);
+    every_command_refuses(
+        "no/such/hand.urdf",
+        &["no/such/hand.urdf", "nor an existing file"],
+    );
+    let folder = tempdir().unwrap();
+    let text_file = written(&folder, "hand.txt", "a hand");
+    every_command_refuses(
+        text(&text_file),
+        &["hand.txt", "not a kind of file that describes a hand"],
+    );
+}
+
+#[test]
+fn files_that_hold_no_urdf() {
+    let folder = tempdir().unwrap();
+    let empty = written(&folder, "empty.urdf", "");
+    every_command_refuses(
+        text(&empty),
+        &[text(&empty), "empty", "export or download it again"],
+    );
+    let prose = written(&folder, "prose.urdf", "dear robot,\nplease grasp.\n");
+    every_command_refuses(text(&prose), &[text(&prose), "not a URDF file", "complete"]);
+    let bare = written(&folder, "bare.urdf", r#"<robot name="bare"></robot>"#);
+    every_command_refuses(text(&bare), &[text(&bare), "no links"]);
+    let macros = r#"<robot name="m" xmlns:xacro="http://www.ros.org/wiki/xacro"><xacro:include filename="a.xacro"/></robot>"#;
+    for name in ["macros.urdf", "macros.xacro"] {
+        let macros = written(&folder, name, macros);
+        every_command_refuses(
+            text(&macros),
+            &[text(&macros), "xacro macros", "expand them first"],
+        );
+    }
+}
+
+#[test]
+fn descriptions_that_make_no_hand() {
+    let folder = tempdir().unwrap();
+    let mesh = r#"<collision><geometry><mesh filename="meshes/palm.stl"/></geometry></collision>"#;
+    let missing = format!(
+        r#"<robot name="m"><link name="palm">{mesh}</link><link name="tip">{BOX}</link>{}</robot>"#,
+        joint("j", "palm", "tip")
+    );
+    let missing = written(&folder, "missing_mesh.urdf", &missing);
+    let parts = [
+        text(&missing),
+        "link `palm`",
+        "meshes/palm.stl",
+        "not found",
+        "put it there",
+    ];
+    every_command_refuses(text(&missing), &parts);
+
+    let cycle = format!(
+        r#"<robot name="c"><link name="palm">{BOX}</link><link name="a">{BOX}</link><link name="b">{BOX}</link>{}{}</robot>"#,
+        joint("j", "a", "b"),
+        joint("k", "b", "a")
+    );
+    let cycle = written(&folder, "cycle.urdf", &cycle);
+    every_command_refuses(text(&cycle), &[text(&cycle), "cycle", "cut the cycle"]);
+}

@@ -1,0 +1,78 @@
+//! Flags with values out of range, and wrong usage.
+
+use tempfile::tempdir;
+
+use crate::outcome::{graspd, text};
+
+#[test]
+fn values_out_of_range_name_the_setting_and_what_it_must_be() {
+    let folder = tempdir().unwrap();
+    let run = folder.path().join("run");
+    let run = text(&run);
+    for (flags, setting, wanted) in [
+        (["-n", "0"], "n (the number of grasps)", "at least 1"),
+        (["--top-k", "0"], "--top-k", "at least 1"),
+        (["--threads", "0"], "--threads", "1 to 1024"),
+        (["--threads", "100000"], "--threads", "1 to 1024"),
+        (["--resolution", "1"], "--resolution", "2 to 1024"),
+        (["--resolution", "1025"], "--resolution", "2 to 1024"),
+        (
+            ["--resolution", "18446744073709551615"],
+            "--resolution",
+            "2 to 1024",
+        ),
+        (["--steps", "0"], "`steps`", "at least 1"),
+        (["--scale", "0"], "`scale`", "positive"),
+        (["--scale", "-1"], "`scale`", "positive"),
+        (["--scale", "NaN"], "`scale`", "positive"),
+        (["--scale", "inf"], "`scale`", "positive"),
+        (["--scale", "1e300"], "mug", "--scale"),
+        (["--scale", "1e-300"], "mug", "--scale"),
+    ] {
+        let synth = graspd(["synth", "-o", run, flags[0], flags[1]]);
+        synth.fails_at_once(&[setting, wanted]);
+        if !["-n", "--top-k", "--steps"].contains(&flags[0]) {
+            let sdf = graspd(["sdf", "mug", "-o", run, flags[0], flags[1]]);
+            sdf.fails_at_once(&[setting, wanted]);
+        }
+    }
+    for padding in ["-0.01", "NaN", "inf"] {
+        let sdf = graspd(["sdf", "mug", "-o", run, "--padding", padding]);
+        sdf.fails_at_once(&["--padding", "0 or more"]);
+    }
+    assert!(
+        !folder.path().join("run").exists(),
+        "a mistake leaves nothing behind"
+    );
+}
+
+#[test]
+fn wrong_usage_has_its_own_status() {
+    for (arguments, part) in [
+        (&[][..], "Usage: graspd"),
+        (&["grasp"], "unrecognized subcommand"),
+        (&["synth", "--colour", "red"], "--colour"),
+        (&["synth", "--preset", "sloppy"], "paper"),
+        (&["synth", "-n", "many"], "many"),
+        (&["synth", "-n", "1.5"], "1.5"),
+        (&["synth", "--scale", "big"], "big"),
+        (&["synth", "mug", "can"], "can"),
+        (&["synth", ""], "OBJECT"),
+        (&["synth", "--hand", ""], "--hand"),
+        (&["synth", "-o", ""], "--output"),
+        // TOML knows no such integer, so run.toml could not keep it.
+        (
+            &["synth", "--seed", "9223372036854775808"],
+            "9223372036854775808",
+        ),
+        (&["eval"], "GRASPS"),
+        (
+            &["eval", "run", "--metrics", "ca,beauty"],
+            "no metric `beauty`",
+        ),
+        (&["sdf"], "OBJECT"),
+        (&["hands", "inspect"], "HAND"),
+    ] {
+        graspd(arguments).fails_as_wrong_usage(part);
+    }
+}

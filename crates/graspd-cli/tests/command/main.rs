@@ -1,0 +1,16 @@
+//! The `graspd` command as scripts see it: exit status, stdout, stderr and the files that it leaves.
+
+mod bad_hands;
+mod bad_objects;
+mod bad_outputs;
+mod bad_records;
+mod bad_settings;
+mod determinism;
+mod distance_grid;
+mod judging;
+mod listings;
+mod outcome;
+mod run_extras;
+mod run_folder;
+mod shared_run;
+mod streams;
