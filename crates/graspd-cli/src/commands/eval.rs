@@ -3,12 +3,11 @@
 use std::path::PathBuf;
 use std::time::Instant;
 
-use anyhow::{Context, Result, bail};
+use anyhow::{Context, Result};
 use clap::Args;
 use clap::builder::NonEmptyStringValueParser;
 use graspd::{GraspRecord, Summary, rank_by_displacement, read_records, write_records};
 use graspd_eval::{EvaluationSettings, ObjectUnderTest, evaluate};
-use graspd_geom::TriangleMesh;
 use graspd_hand::HandPose;
 use rayon::prelude::*;
 use serde::Serialize;
@@ -19,9 +18,6 @@ use super::subject::{hand_of, object_of, poses_of};
 use crate::console::{print, print_json};
 use crate::progress::Progress;
 use crate::table::grasps_table;
-
-/// A posed hand larger than this is a mistake in the record, and would take voxels without number \[m\].
-const LARGEST_HAND: f64 = 10.0;
 
 #[derive(Args)]
 pub(crate) struct Arguments {
@@ -102,7 +98,6 @@ fn judge(arguments: &Arguments) -> Result<()> {
     let judge_one = |record: &mut GraspRecord, pose: &HandPose| -> Result<()> {
         let started = Instant::now();
         let surface = hand.surface(pose);
-        check_size(&surface)?;
         record.metrics = Some(evaluate(&object, &surface, &settings)?);
         record.seconds.get_or_insert_default().evaluation = started.elapsed().as_secs_f64();
         Ok(())
@@ -131,14 +126,4 @@ fn judge(arguments: &Arguments) -> Result<()> {
         });
     }
     print(&grasps_table(&records, &summary))
-}
-
-fn check_size(surface: &TriangleMesh) -> Result<()> {
-    let size = surface
-        .bounds()
-        .map_or(0.0, |(low, high)| (high - low).max());
-    if size.is_nan() || size > LARGEST_HAND {
-        bail!("the posed hand is {size:.3e} m long; check the joints' units");
-    }
-    Ok(())
 }

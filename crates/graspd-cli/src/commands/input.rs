@@ -4,6 +4,8 @@ use std::ops::RangeInclusive;
 
 use anyhow::{Context, Result, bail};
 use graspd::{GraspObject, NamedMesh};
+use graspd_geom::{Quaternion, Vec3};
+use graspd_hand::{Hand, HandPose, load_hand};
 
 use crate::console::warn;
 use crate::progress::Progress;
@@ -12,6 +14,8 @@ use crate::progress::Progress;
 const USUAL_SIZE: RangeInclusive<f64> = 0.005..=1.0;
 /// Sides beyond these cannot be meant \[m\]: no hand takes a house or a grain of sand.
 const POSSIBLE_SIZE: RangeInclusive<f64> = 0.0005..=10.0;
+/// No open hand is larger \[m\]; the judge refuses such grasps, too, but only when they are made.
+const LARGEST_HAND: f64 = 5.0;
 /// Samples of a distance grid along each axis: fewer make no cell, and more fill gigabytes.
 const RESOLUTIONS: RangeInclusive<usize> = 2..=1024;
 /// More threads than any machine has cores cost memory and gain nothing.
@@ -54,6 +58,25 @@ pub(crate) fn check_resolution(resolution: usize) -> Result<()> {
         bail!("--resolution is {resolution}; it must be {least} to {most}");
     }
     Ok(())
+}
+
+/// Loads a hand, and refuses one whose unit cannot be the metre.
+pub(crate) fn load_hand_to_scale(name_or_path: &str) -> Result<Box<dyn Hand>> {
+    let hand = load_hand(name_or_path)?;
+    let open = HandPose {
+        translation: Vec3::zero(),
+        rotation: Quaternion::identity(),
+        articulation: hand.open_articulation().to_vec(),
+    };
+    let bounds = hand.surface(&open).bounds();
+    let size = bounds.map_or(0.0, |(low, high)| (high - low).max());
+    if size > LARGEST_HAND {
+        bail!(
+            "{name_or_path}: the hand is {} across; a URDF's lengths are metres: correct them, or its meshes' scale",
+            length(size)
+        );
+    }
+    Ok(hand)
 }
 
 /// Builds the distance grid with progress.

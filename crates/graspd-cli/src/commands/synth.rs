@@ -14,10 +14,10 @@ use graspd::{
     RunSettings, SCHEMA, Summary, SynthesisSettings, synthesize_grasps,
 };
 use graspd_eval::EvaluationSettings;
-use graspd_hand::{Hand, load_hand};
+use graspd_hand::Hand;
 use serde::Serialize;
 
-use super::input::{check_resolution, load_object, on_threads, prepare_object};
+use super::input::{check_resolution, load_hand_to_scale, load_object, on_threads, prepare_object};
 use super::output::{
     Machine, RunDescription, prepare_file, prepare_folder, remove_leftovers, write_meshes,
     write_results, write_run, write_trajectories,
@@ -108,7 +108,7 @@ fn synthesize(arguments: &Arguments) -> Result<()> {
     };
     run.validate()?;
     check_resolution(arguments.resolution)?;
-    let hand = load_hand(&arguments.hand)?;
+    let hand = load_hand_to_scale(&arguments.hand)?;
     let source = load_object(&arguments.object, arguments.scale, quiet)?;
     prepare_folder(&arguments.output)?;
     if let Some(file) = &arguments.png {

@@ -99,3 +99,22 @@ fn descriptions_that_make_no_hand() {
     let cycle = written(&folder, "cycle.urdf", &cycle);
     every_command_refuses(text(&cycle), &[text(&cycle), "cycle", "cut the cycle"]);
 }
+
+#[test]
+fn units_other_than_metres_are_noticed() {
+    let folder = tempdir().unwrap();
+    let finger = r#"<collision><geometry><box size="20 20 6000"/></geometry></collision>"#;
+    let hand = format!(
+        r#"<robot name="mm"><link name="palm">{BOX}</link><link name="tip">{finger}</link>{}</robot>"#,
+        joint("j", "palm", "tip")
+    );
+    let hand = written(&folder, "mm.urdf", &hand);
+    let synth = graspd([
+        "synth",
+        "--hand",
+        text(&hand),
+        "-o",
+        text(&folder.path().join("run")),
+    ]);
+    synth.fails_at_once(&[text(&hand), "6000.0", "m across", "metres"]);
+}

@@ -130,7 +130,7 @@ fn another_hand() {
     refused(
         &drawn,
         &["--hand", text(&slider)],
-        &["grasp 0", "1.000e9 m long", "units"],
+        &["grasp 0", "m across", "must be in metres"],
     );
 }
 
