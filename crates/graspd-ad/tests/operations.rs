@@ -215,7 +215,7 @@ operation!(quotient(x in 0.1..2.0, y in 0.5..2.0) safe_divide(x, y));
 operation!(leaky_inside(x in -2.0..-0.1) leaky_min(x, 0.1) * x);
 
 operation!(oracle longer_expression(x in 0.2..1.5, y in 0.2..1.5, z in 0.2..1.5)
-    (x * y.sin() + (z / x).exp()).sqrt() * (y.atan2(z) - x.tanh()).powi(3) / (x + y * z).ln().cos());
+    (x * y.sin() + (z / x).exp()).sqrt() * (y.atan2(z) + x.tanh()).powi(3) / (x + y * z).ln().cos());
 
 proptest! {
     #![proptest_config(config())]

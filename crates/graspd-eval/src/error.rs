@@ -21,7 +21,7 @@ pub enum EvaluationError {
     },
     /// A mesh has no faces, or an index beyond its vertices, or a coordinate that is not a finite number.
     #[error(
-        "the {mesh} mesh cannot be evaluated: {fault}; repair it (`graspd repair`) or load another"
+        "the {mesh} mesh cannot be evaluated: {fault}; close and orient it with a mesh repair tool, or load another"
     )]
     BadMesh {
         /// Which mesh: "object" or "hand".

@@ -16,6 +16,8 @@ const SAME_SURFACE: f64 = 1e-6;
 
 /// At most this share of the points lies on sharp edges, which would otherwise dig in between points unseen.
 const RIDGE_SHARE: f64 = 0.3;
+/// Fewer points than this are all needed on the faces.
+const FEW_POINTS: f64 = 500.0;
 /// Points spread to learn how much of the surface is buried: enough to know it to about 1 %.
 const TRIAL_POINTS: f64 = 1000.0;
 
@@ -45,8 +47,17 @@ pub(crate) fn spread(
     let spread_with = |density: f64| {
         let mut points = Vec::new();
         // No denser along an edge than over a face.
-        let ridge_count = (RIDGE_SHARE * density * area).min(ridge_length * density.sqrt());
-        let ridge_spacing = ridge_length / ridge_count.max(1.0);
+        let share = if density * area < FEW_POINTS {
+            0.0
+        } else {
+            RIDGE_SHARE
+        };
+        let ridge_count = (share * density * area).min(ridge_length * density.sqrt());
+        let ridge_spacing = if ridge_count > 0.0 {
+            ridge_length / ridge_count
+        } else {
+            f64::INFINITY
+        };
         let face_density = density - ridge_count / area;
         for (index, part) in parts.iter().enumerate() {
             let count = (face_density * part.mesh.area()).round() as usize;

@@ -106,7 +106,7 @@ fn holes_are_measured() {
         "3 boundary edges in 1 loop",
         "170.7 mm of boundary",
         "70.7 mm across",
-        "graspd repair",
+        "close it with a mesh repair tool",
     ];
     every_command_refuses(text(&path), &parts);
     let mut flat = box_mesh([0.05; 3].into(), 2.0);
