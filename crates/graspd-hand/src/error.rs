@@ -187,6 +187,14 @@ pub enum HandError {
         "has no collision or visual geometry, so that nothing could touch; add some to its links"
     )]
     NoGeometry,
+    /// An array of a skinned hand that cannot be right.
+    #[error("array `{array}` {fault}")]
+    BadModel {
+        /// The array, as MANO's files name it.
+        array: &'static str,
+        /// What is wrong with it, and what is expected.
+        fault: String,
+    },
     /// An option out of its range.
     #[error("option `{option}` is {value}; {remedy}")]
     BadOption {

@@ -42,6 +42,7 @@ mod error;
 mod hand;
 mod joint;
 mod limits;
+mod mano;
 mod outline;
 mod palm;
 mod part;
@@ -60,6 +61,10 @@ pub use hand::{
 };
 pub use joint::{Joint, JointKind, Mimic};
 pub use limits::{clamp_to_limits, middle_of_limits};
+pub use mano::{
+    JointPlacement, POSE_FEATURES, POSE_VALUES, SKINNED_JOINT_NAMES, SKINNED_JOINT_PARENTS,
+    SKINNED_JOINTS, SkinnedHandOptions, SkinnedModel,
+};
 pub use part::Part;
 pub use tree::{KinematicTree, LinkFrame};
 pub use urdf::{UrdfOptions, load_urdf};
