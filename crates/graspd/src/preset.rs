@@ -172,7 +172,8 @@ impl SynthesisSettings {
         let scale =
             |value: usize| (value as f64 * steps as f64 / self.steps as f64).round() as usize;
         self.stiffening_start = scale(self.stiffening_start);
-        self.stiffening_end = scale(self.stiffening_end);
+        // Even a run of one step has a stiffening span that is not empty.
+        self.stiffening_end = scale(self.stiffening_end).max(self.stiffening_start + 1);
         let (smoothing, warmup, decay) = (
             scale(self.smoothing_steps),
             scale(self.warmup_steps),
@@ -236,6 +237,39 @@ impl SynthesisSettings {
             });
         }
         self.simulation().validate()?;
+        self.validate_schedules()
+    }
+
+    /// Rates never grow and contacts never soften.
+    fn validate_schedules(&self) -> Result<(), GraspError> {
+        let decays = [
+            ("decay_factor", self.decay_factor),
+            ("force_decay_factor", self.force_decay_factor),
+        ];
+        for (field, value) in decays {
+            if value > 1.0 {
+                return Err(GraspError::InvalidSetting {
+                    field,
+                    value,
+                    wanted: "at most 1 (rates do not grow)",
+                });
+            }
+        }
+        if self.soft_stiffness > self.normal_stiffness {
+            return Err(GraspError::InvalidSetting {
+                field: "soft_stiffness",
+                value: self.soft_stiffness,
+                wanted: "at most normal_stiffness",
+            });
+        }
+        let stiffens = self.soft_stiffness < self.normal_stiffness;
+        if stiffens && self.stiffening_end <= self.stiffening_start {
+            return Err(GraspError::InvalidSetting {
+                field: "stiffening_end",
+                value: self.stiffening_end as f64,
+                wanted: "after stiffening_start",
+            });
+        }
         Ok(())
     }
 

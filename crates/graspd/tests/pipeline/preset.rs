@@ -171,6 +171,11 @@ fn validation_names_the_field() {
     for rate in ["force_rate", "translation_rate", "soft_stiffness"] {
         assert!(fault(&with(rate, 0.0)).contains(rate));
     }
+    for factor in ["decay_factor", "force_decay_factor"] {
+        assert!(fault(&with(factor, 1.5)).contains(factor));
+    }
+    assert!(fault(&with("soft_stiffness", 1e9)).contains("`soft_stiffness`"));
+    assert!(fault(&with("stiffening_end", 5000)).contains("`stiffening_end`"));
     for velocities in [vec![], vec![[0.0, f64::NAN, 0.0]]] {
         let settings = SynthesisSettings {
             object_velocities: velocities,

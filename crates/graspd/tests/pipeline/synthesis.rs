@@ -59,6 +59,17 @@ fn median(values: impl Iterator<Item = f64>) -> f64 {
 }
 
 #[test]
+fn the_shortest_runs_are_runs() {
+    for steps in 1..=8 {
+        for settings in [SynthesisSettings::default(), SynthesisSettings::paper()] {
+            let traced = traced::<f32>(&settings.with_steps(steps));
+            assert_eq!(traced.steps.len(), steps);
+            assert!(traced.losses.iter().all(|l| l.physics.is_finite()));
+        }
+    }
+}
+
+#[test]
 fn single_precision_follows_double_precision_at_the_start() {
     /// Contact positions are rounded to some 1e-8 m; the first contacts are 1e-3 m deep.
     const LOSSES: f64 = 1e-4;
