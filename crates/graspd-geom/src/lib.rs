@@ -42,7 +42,7 @@ mod test_data;
 mod topology;
 
 pub use closed::{ClosedSurface, closed_surface, flipped, require_closed, weld_exact};
-pub use distance::{ClosestPoint, SignedDistance, TriangleTree};
+pub use distance::{ClosestPoint, SignedDistance, TriangleTree, WindingField};
 pub use error::GeometryError;
 pub use io::{load_mesh, save_mesh, save_obj, save_off, save_stl};
 pub use mass::{MassProperties, signed_volume};

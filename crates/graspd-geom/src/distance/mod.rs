@@ -2,6 +2,7 @@
 
 mod batch;
 mod boundary;
+mod cluster;
 mod eight_boxes;
 mod oriented_box;
 mod packet;
@@ -11,9 +12,11 @@ mod tree;
 mod triangle;
 mod wide_tree;
 mod winding;
+mod winding_field;
 
 pub(crate) use eight_boxes::Slack;
 pub(crate) use packet::{PACKET, PacketSearch};
 pub use signed::SignedDistance;
 pub use tree::{ClosestPoint, TriangleTree};
 pub(crate) use winding::Column;
+pub use winding_field::WindingField;
