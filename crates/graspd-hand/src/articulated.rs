@@ -247,6 +247,7 @@ impl Hand for ArticulatedHand {
             body_poses: vec![Rigid::identity(); bodies],
             forces: vec![Vec3::zero(); bodies],
             torques: vec![Vec3::zero(); bodies],
+            skinned: None,
         }
     }
 }

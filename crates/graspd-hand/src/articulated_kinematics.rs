@@ -81,6 +81,7 @@ impl<E: Precision> Kinematics<E> for ArticulatedHand {
             body_poses,
             forces,
             torques,
+            ..
         } = scratch;
         forces.fill(Vec3::zero());
         torques.fill(Vec3::zero());

@@ -2,7 +2,10 @@
 
 use std::path::Path;
 
-use crate::{Hand, HandError, HandOptions, UrdfOptions, allegro, load_urdf};
+use crate::{
+    Hand, HandError, HandOptions, SkinnedHandOptions, UrdfOptions, allegro, load_skinned_hand,
+    load_urdf,
+};
 
 /// A hand that is built in.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -69,6 +72,10 @@ pub fn load_hand_with(
             ..UrdfOptions::default()
         };
         return Ok(Box::new(load_urdf(path, &options)?));
+    }
+    if extension == "pkl" || extension == "npz" {
+        let options = SkinnedHandOptions::default();
+        return Ok(Box::new(load_skinned_hand(path, &options)?));
     }
     Err(HandError::UnknownFormat {
         file: path.to_path_buf(),

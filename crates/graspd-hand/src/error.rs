@@ -24,7 +24,7 @@ pub enum HandError {
     },
     /// No built-in hand and no file has the name that was given.
     #[error(
-        "{name}: neither a built-in hand ({built_in}) nor an existing file; give one of those names or the path of a .urdf file"
+        "{name}: neither a built-in hand ({built_in}) nor an existing file; give one of those names or the path of a .urdf, .pkl or .npz file"
     )]
     UnknownHand {
         /// The name.
@@ -33,7 +33,7 @@ pub enum HandError {
         built_in: String,
     },
     /// The file's kind is not one that hands are read from.
-    #[error("{}: not a kind of file that describes a hand; give a .urdf file", file.display())]
+    #[error("{}: not a kind of file that describes a hand; give a .urdf file, or a MANO model (.pkl or .npz)", file.display())]
     UnknownFormat {
         /// The file.
         file: PathBuf,
@@ -187,6 +187,34 @@ pub enum HandError {
         "has no collision or visual geometry, so that nothing could touch; add some to its links"
     )]
     NoGeometry,
+    /// A pickle that breaks off or that no pickler would write.
+    #[error("is no pickle that a MANO file could be, or is damaged ({0}); download it again")]
+    BadPickle(String),
+    /// A class or function that the files of MANO do not name.
+    #[error(
+        "names `{name}`, which MANO's files do not: refused, and nothing was run; use the file as downloaded, or save its arrays as .npz"
+    )]
+    RefusedGlobal {
+        /// Module and name.
+        name: String,
+    },
+    /// A file that is no archive of arrays.
+    #[error("is no .npz archive, or is damaged ({0}); write it with numpy.savez")]
+    BadArchive(String),
+    /// A file too large to be a hand.
+    #[error("is larger than {} MiB, more than any hand model has; is it the right file?", limit >> 20)]
+    TooLarge {
+        /// The largest size that is read \[bytes\].
+        limit: u64,
+    },
+    /// A model without an array that it needs.
+    #[error("has no array `{array}`; it has {found}; MANO's layout needs it")]
+    MissingArray {
+        /// The array.
+        array: &'static str,
+        /// The arrays that are there.
+        found: String,
+    },
     /// An array of a skinned hand that cannot be right.
     #[error("array `{array}` {fault}")]
     BadModel {

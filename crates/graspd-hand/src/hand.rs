@@ -92,12 +92,13 @@ impl<E: Element> PointBuffer<E> {
 /// Lanes that buffers of contact points and spheres are padded to, so that a kernel never sees half a block.
 pub const POINT_PADDING: usize = 8;
 
-/// The points of the hand's surface that can touch, in blocks of [`POINT_PADDING`] that belong to one body each.
+/// The points of the hand's surface that can touch, padded to whole blocks of [`POINT_PADDING`].
 #[derive(Clone, Debug, Default)]
 pub struct ContactPoints {
-    /// 1 for a contact point, 0 for padding (a copy of a point of the same body), `[n]`.
+    /// 1 for a contact point, 0 for padding (a copy of another point), `[n]`.
     pub weight: Vec<f32>,
-    /// The body (link or bone) that each point belongs to, an index into [`Hand::body_names`], `[n]`.
+    /// The body (link or bone) that each point belongs to (on a skin: follows most), an index into
+    /// [`Hand::body_names`], `[n]`.
     pub body: Vec<u32>,
     /// How many points are not padding.
     pub count: usize,
@@ -146,6 +147,8 @@ pub struct HandScratch {
     pub(crate) forces: Vec<Vec3<f64>>,
     /// Torque on each body about a point that the hand chooses, such as the origin of that body.
     pub(crate) torques: Vec<Vec3<f64>>,
+    /// What a skinned hand keeps.
+    pub(crate) skinned: Option<Box<crate::mano::SkinnedScratch>>,
 }
 
 /// Positions of a hand's points as a function of its pose, and the transpose of that function's Jacobian, in

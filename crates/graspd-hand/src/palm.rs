@@ -151,7 +151,11 @@ fn palm_center(parts: &[Part], normal: Vector3<f64>) -> Point3<f64> {
 }
 
 /// Distance along the ray to the triangle, if it is hit.
-fn ray_hit(start: Point3<f64>, direction: Vector3<f64>, corners: [Point3<f64>; 3]) -> Option<f64> {
+pub(crate) fn ray_hit(
+    start: Point3<f64>,
+    direction: Vector3<f64>,
+    corners: [Point3<f64>; 3],
+) -> Option<f64> {
     let [a, b, c] = corners;
     let (u, v) = (b - a, c - a);
     let cross = direction.cross(&v);

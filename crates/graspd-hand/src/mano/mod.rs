@@ -1,8 +1,28 @@
 //! Skinned hands in the layout of MANO.
 
+mod anatomy;
+mod archive;
+mod bones;
+mod closing;
+mod file;
+mod fingers;
+mod hand;
+mod kinematics;
 mod model;
+mod numpy;
+mod open;
 mod options;
+mod pickle;
+mod pickled_arrays;
+mod pose_space;
+mod skin;
+mod skin_kernels;
+mod skinning;
+mod spheres;
 
+pub use file::{load_skinned_hand, load_skinned_model};
+pub use hand::SkinnedHand;
+pub(crate) use kinematics::SkinnedScratch;
 pub use model::{
     JointPlacement, POSE_FEATURES, POSE_VALUES, SKINNED_JOINT_NAMES, SKINNED_JOINT_PARENTS,
     SKINNED_JOINTS, SkinnedModel,

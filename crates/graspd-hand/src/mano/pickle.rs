@@ -1,0 +1,500 @@
+//! A reader of pickles that runs nothing: it builds plain values, and knows by name the few classes that MANO's files
+//! name.
+//!
+//! Values lie in one list and refer to each other by number, so that neither cycles nor nesting cost anything to read
+//! or to drop. Strings and arrays stay in the file's own bytes.
+
+use std::borrow::Cow;
+
+use crate::HandError;
+
+/// More values than any hand's file has.
+const MOST_VALUES: usize = 1 << 20;
+
+/// A value's number.
+pub(crate) type Id = u32;
+
+/// The classes and functions that a MANO file may name. None of them is ever called.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Global {
+    Reconstruct,
+    Array,
+    DataType,
+    Set,
+    Chumpy,
+    Select,
+    SparseColumns,
+}
+
+impl Global {
+    fn named(module: &[u8], name: &[u8]) -> Option<Self> {
+        Some(match (module, name) {
+            (b"numpy.core.multiarray", b"_reconstruct") => Self::Reconstruct,
+            (b"numpy", b"ndarray") => Self::Array,
+            (b"numpy", b"dtype") => Self::DataType,
+            (b"__builtin__", b"set") => Self::Set,
+            (b"chumpy.ch", b"Ch") => Self::Chumpy,
+            (b"chumpy.reordering", b"Select") => Self::Select,
+            (b"scipy.sparse.csc", b"csc_matrix") => Self::SparseColumns,
+            _ => return None,
+        })
+    }
+}
+
+/// What a pickle holds.
+#[derive(Clone, Debug)]
+pub(crate) enum Value<'a> {
+    None,
+    Bool(bool),
+    Integer(i64),
+    Float,
+    /// A string of either kind.
+    Bytes(Cow<'a, [u8]>),
+    Tuple(Vec<Id>),
+    List(Vec<Id>),
+    Dict(Vec<(Id, Id)>),
+    Global(Global),
+    /// What a class or function would have made of its arguments, and the state that it was given.
+    Object {
+        class: Global,
+        arguments: Id,
+        state: Option<Id>,
+    },
+}
+
+/// A pickle that was read.
+#[derive(Debug)]
+pub(crate) struct Pickle<'a> {
+    values: Vec<Value<'a>>,
+    root: Id,
+}
+
+impl<'a> Pickle<'a> {
+    /// Reads a pickle of protocol 0, 1 or 2.
+    ///
+    /// Time and memory are in proportion to `bytes`.
+    ///
+    /// # Errors
+    /// [`HandError::BadPickle`], or [`HandError::RefusedGlobal`] for a class or function that MANO files do not name.
+    pub(crate) fn parse(bytes: &'a [u8]) -> Result<Self, HandError> {
+        let mut machine = Machine {
+            rest: bytes,
+            values: Vec::new(),
+            stack: Vec::new(),
+            marks: Vec::new(),
+            memo: Vec::new(),
+        };
+        loop {
+            if let Some(root) = machine.step()? {
+                return Ok(Self {
+                    values: machine.values,
+                    root,
+                });
+            }
+        }
+    }
+
+    pub(crate) fn root(&self) -> Id {
+        self.root
+    }
+
+    pub(crate) fn value(&self, id: Id) -> &Value<'a> {
+        // Numbers are handed out by the machine alone.
+        &self.values[id as usize]
+    }
+
+    /// The string keys of the root.
+    pub(crate) fn keys(&self) -> Vec<String> {
+        let Value::Dict(entries) = self.value(self.root) else {
+            return Vec::new();
+        };
+        let names = entries
+            .iter()
+            .filter_map(|&(key, _)| match self.value(key) {
+                Value::Bytes(bytes) => Some(readable(bytes)),
+                _ => None,
+            });
+        names.collect()
+    }
+
+    /// The value under a string key of a dictionary: the last one, as Python has it.
+    pub(crate) fn entry(&self, dict: Id, key: &str) -> Option<Id> {
+        let Value::Dict(entries) = self.value(dict) else {
+            return None;
+        };
+        let is_key =
+            |id: Id| matches!(self.value(id), Value::Bytes(bytes) if **bytes == *key.as_bytes());
+        entries
+            .iter()
+            .rev()
+            .find(|(name, _)| is_key(*name))
+            .map(|(_, value)| *value)
+    }
+}
+
+fn bad<T>(fault: impl Into<String>) -> Result<T, HandError> {
+    Err(HandError::BadPickle(fault.into()))
+}
+
+struct Machine<'a> {
+    rest: &'a [u8],
+    values: Vec<Value<'a>>,
+    stack: Vec<Id>,
+    /// Heights of the stack.
+    marks: Vec<usize>,
+    memo: Vec<Option<Id>>,
+}
+
+impl<'a> Machine<'a> {
+    /// Obeys one instruction; gives the root at the last.
+    fn step(&mut self) -> Result<Option<Id>, HandError> {
+        let [code] = *self.take::<1>()?;
+        match code {
+            b'.' => return self.pop().map(Some),
+            0x80 => {
+                let [protocol] = *self.take::<1>()?;
+                if protocol > 2 {
+                    return bad(format!(
+                        "it is of protocol {protocol}, MANO's own files are of protocol 2 or less"
+                    ));
+                }
+            }
+            b'(' => self.mark()?,
+            b'0' => {
+                // Python's POP takes a mark if there is nothing above it.
+                if self.marks.last() == Some(&self.stack.len()) {
+                    self.marks.pop();
+                } else {
+                    self.pop()?;
+                }
+            }
+            b'1' => {
+                self.above_mark()?;
+            }
+            b'2' => {
+                let top = self.top()?;
+                self.push_id(top)?;
+            }
+            b'q' => {
+                let [index] = *self.take::<1>()?;
+                self.put(index.into())?;
+            }
+            b'r' => {
+                let index = u32::from_le_bytes(*self.take()?);
+                self.put(index as usize)?;
+            }
+            b'p' => {
+                let index = self.decimal_line()?;
+                self.put(usize::try_from(index).unwrap_or(usize::MAX))?;
+            }
+            b'h' => {
+                let [index] = *self.take::<1>()?;
+                self.get(index.into())?;
+            }
+            b'j' => {
+                let index = u32::from_le_bytes(*self.take()?);
+                self.get(index as usize)?;
+            }
+            b'g' => {
+                let index = self.decimal_line()?;
+                self.get(usize::try_from(index).unwrap_or(usize::MAX))?;
+            }
+            b'c' => self.global()?,
+            b'R' | 0x81 => self.object()?,
+            b'b' => self.build()?,
+            b']' | b')' | b'}' | b'l' | b't' | b'd' | 0x85..=0x87 | b'a' | b'e' | b's' | b'u' => {
+                self.collect(code)?;
+            }
+            _ => {
+                let value = self.plain_value(code)?;
+                self.push(value)?;
+            }
+        }
+        Ok(None)
+    }
+
+    /// Numbers and strings.
+    fn plain_value(&mut self, code: u8) -> Result<Value<'a>, HandError> {
+        Ok(match code {
+            b'N' => Value::None,
+            0x88 => Value::Bool(true),
+            0x89 => Value::Bool(false),
+            b'K' => Value::Integer(self.take::<1>()?[0].into()),
+            b'M' => Value::Integer(u16::from_le_bytes(*self.take()?).into()),
+            b'J' => Value::Integer(i32::from_le_bytes(*self.take()?).into()),
+            b'I' => match self.line()? {
+                b"00" => Value::Bool(false),
+                b"01" => Value::Bool(true),
+                digits => Value::Integer(decimal(digits)?),
+            },
+            b'L' => Value::Integer(self.decimal_line()?),
+            0x8a => {
+                let [length] = *self.take::<1>()?;
+                Value::Integer(long(self.bytes(length.into())?)?)
+            }
+            0x8b => {
+                let length = self.length()?;
+                Value::Integer(long(self.bytes(length)?)?)
+            }
+            b'F' => {
+                self.line()?;
+                Value::Float
+            }
+            b'G' => {
+                self.bytes(8)?;
+                Value::Float
+            }
+            b'U' => {
+                let [length] = *self.take::<1>()?;
+                Value::Bytes(Cow::Borrowed(self.bytes(length.into())?))
+            }
+            b'T' | b'X' => {
+                let length = self.length()?;
+                Value::Bytes(Cow::Borrowed(self.bytes(length)?))
+            }
+            b'S' => Value::Bytes(Cow::Owned(unquoted(self.line()?)?)),
+            b'V' => Value::Bytes(Cow::Borrowed(self.line()?)),
+            _ => return bad(format!("it has the unknown instruction 0x{code:02x}")),
+        })
+    }
+
+    /// Tuples, lists and dictionaries.
+    fn collect(&mut self, code: u8) -> Result<(), HandError> {
+        let value = match code {
+            b']' => Value::List(Vec::new()),
+            b')' => Value::Tuple(Vec::new()),
+            b'}' => Value::Dict(Vec::new()),
+            b'l' => Value::List(self.above_mark()?),
+            b't' => Value::Tuple(self.above_mark()?),
+            b'd' => Value::Dict(pairs(&self.above_mark()?)?),
+            0x85..=0x87 => {
+                let count = usize::from(code - 0x84);
+                let Some(start) = self.stack.len().checked_sub(count) else {
+                    return bad("it takes values that are not there");
+                };
+                Value::Tuple(self.stack.split_off(start))
+            }
+            _ => return self.extend(code),
+        };
+        self.push(value)
+    }
+
+    /// Adds to the list or the dictionary that is on top.
+    fn extend(&mut self, code: u8) -> Result<(), HandError> {
+        let added = match code {
+            b'a' => vec![self.pop()?],
+            b's' => {
+                let value = self.pop()?;
+                vec![self.pop()?, value]
+            }
+            _ => self.above_mark()?,
+        };
+        let top = self.top()? as usize;
+        match (&mut self.values[top], code) {
+            (Value::List(list), b'a' | b'e') => list.extend(added),
+            (Value::Dict(dict), b's' | b'u') => dict.extend(pairs(&added)?),
+            _ => return bad("it adds to something that is neither list nor dictionary"),
+        }
+        Ok(())
+    }
+
+    fn global(&mut self) -> Result<(), HandError> {
+        let (module, name) = (self.line()?, self.line()?);
+        match Global::named(module, name) {
+            Some(global) => self.push(Value::Global(global)),
+            None => Err(HandError::RefusedGlobal {
+                name: format!("{}.{}", readable(module), readable(name)),
+            }),
+        }
+    }
+
+    fn object(&mut self) -> Result<(), HandError> {
+        let arguments = self.pop()?;
+        let class = self.pop()?;
+        let Value::Global(class) = self.values[class as usize] else {
+            return bad("it calls something that is no class");
+        };
+        self.push(Value::Object {
+            class,
+            arguments,
+            state: None,
+        })
+    }
+
+    fn build(&mut self) -> Result<(), HandError> {
+        let given = self.pop()?;
+        let top = self.top()? as usize;
+        let Value::Object { state, .. } = &mut self.values[top] else {
+            return bad("it gives a state to something that is no object");
+        };
+        *state = Some(given);
+        Ok(())
+    }
+
+    fn push(&mut self, value: Value<'a>) -> Result<(), HandError> {
+        if self.values.len() >= MOST_VALUES {
+            return bad(format!("it has over {MOST_VALUES} values"));
+        }
+        self.values.push(value);
+        self.push_id(self.values.len() as Id - 1)
+    }
+    fn push_id(&mut self, id: Id) -> Result<(), HandError> {
+        if self.stack.len() >= MOST_VALUES {
+            return bad(format!("it stacks over {MOST_VALUES} values"));
+        }
+        self.stack.push(id);
+        Ok(())
+    }
+    /// The top of the stack, which must lie above the last mark.
+    fn top(&self) -> Result<Id, HandError> {
+        let floor = self.marks.last().copied().unwrap_or(0);
+        match self.stack.get(floor..).and_then(<[Id]>::last) {
+            Some(&top) => Ok(top),
+            None => bad("it takes a value that is not there"),
+        }
+    }
+    fn pop(&mut self) -> Result<Id, HandError> {
+        let top = self.top()?;
+        self.stack.pop();
+        Ok(top)
+    }
+    fn mark(&mut self) -> Result<(), HandError> {
+        if self.marks.len() >= MOST_VALUES {
+            return bad(format!("it sets over {MOST_VALUES} marks"));
+        }
+        self.marks.push(self.stack.len());
+        Ok(())
+    }
+    fn above_mark(&mut self) -> Result<Vec<Id>, HandError> {
+        match self.marks.pop() {
+            Some(mark) if mark <= self.stack.len() => Ok(self.stack.split_off(mark)),
+            _ => bad("it looks for a mark that is not there"),
+        }
+    }
+    fn put(&mut self, index: usize) -> Result<(), HandError> {
+        if index >= MOST_VALUES {
+            return bad(format!("it remembers a value under the number {index}"));
+        }
+        if index >= self.memo.len() {
+            self.memo.resize(index + 1, None);
+        }
+        self.memo[index] = Some(self.top()?);
+        Ok(())
+    }
+    fn get(&mut self, index: usize) -> Result<(), HandError> {
+        match self.memo.get(index) {
+            Some(&Some(id)) => self.push_id(id),
+            _ => bad(format!("it recalls a value {index} that it has not named")),
+        }
+    }
+
+    fn take<const N: usize>(&mut self) -> Result<&'a [u8; N], HandError> {
+        match self.rest.split_first_chunk() {
+            Some((bytes, rest)) => {
+                self.rest = rest;
+                Ok(bytes)
+            }
+            None => bad(ENDS),
+        }
+    }
+    fn length(&mut self) -> Result<usize, HandError> {
+        let length = u32::from_le_bytes(*self.take()?);
+        Ok(length as usize)
+    }
+    fn bytes(&mut self, length: usize) -> Result<&'a [u8], HandError> {
+        match self.rest.split_at_checked(length) {
+            Some((bytes, rest)) => {
+                self.rest = rest;
+                Ok(bytes)
+            }
+            None => bad(ENDS),
+        }
+    }
+    fn line(&mut self) -> Result<&'a [u8], HandError> {
+        let Some(end) = self.rest.iter().position(|&byte| byte == b'\n') else {
+            return bad(ENDS);
+        };
+        let line = &self.rest[..end];
+        self.rest = &self.rest[end + 1..];
+        Ok(line.strip_suffix(b"\r").unwrap_or(line))
+    }
+    fn decimal_line(&mut self) -> Result<i64, HandError> {
+        decimal(self.line()?)
+    }
+}
+
+const ENDS: &str = "it ends in the middle";
+
+fn pairs(ids: &[Id]) -> Result<Vec<(Id, Id)>, HandError> {
+    let (pairs, rest) = ids.as_chunks::<2>();
+    if !rest.is_empty() {
+        return bad("it has a key without a value");
+    }
+    Ok(pairs.iter().map(|&[key, value]| (key, value)).collect())
+}
+
+fn decimal(digits: &[u8]) -> Result<i64, HandError> {
+    let text = std::str::from_utf8(digits).unwrap_or_default();
+    match text.trim_end_matches('L').parse() {
+        Ok(number) => Ok(number),
+        Err(_) => bad(format!(
+            "it has `{}` where an integer is due",
+            readable(digits)
+        )),
+    }
+}
+
+/// A little-endian integer in two's complement.
+fn long(bytes: &[u8]) -> Result<i64, HandError> {
+    if bytes.len() > 8 {
+        return bad("it has an integer of over 64 bits");
+    }
+    let is_negative = bytes.last().is_some_and(|&byte| byte >= 0x80);
+    let mut all = [if is_negative { 0xff } else { 0 }; 8];
+    all[..bytes.len()].copy_from_slice(bytes);
+    Ok(i64::from_le_bytes(all))
+}
+
+/// The bytes that a string between quotes stands for, as Python 2 writes it.
+fn unquoted(line: &[u8]) -> Result<Vec<u8>, HandError> {
+    const FAULT: &str = "it has a string that is not quoted as strings are";
+    let inner = match line {
+        [first @ (b'\'' | b'"'), inner @ .., last] if first == last => inner,
+        _ => return bad(FAULT),
+    };
+    let mut bytes = Vec::with_capacity(inner.len());
+    let mut rest = inner;
+    while let [byte, after @ ..] = rest {
+        rest = after;
+        if *byte != b'\\' {
+            bytes.push(*byte);
+            continue;
+        }
+        let (value, after) = match rest {
+            [b'n', after @ ..] => (b'\n', after),
+            [b'r', after @ ..] => (b'\r', after),
+            [b't', after @ ..] => (b'\t', after),
+            [quoted @ (b'\\' | b'\'' | b'"'), after @ ..] => (*quoted, after),
+            [b'x', high, low, after @ ..] => {
+                let digit = |byte: u8| char::from(byte).to_digit(16);
+                match (digit(*high), digit(*low)) {
+                    (Some(high), Some(low)) => ((16 * high + low) as u8, after),
+                    _ => return bad(FAULT),
+                }
+            }
+            _ => return bad(FAULT),
+        };
+        bytes.push(value);
+        rest = after;
+    }
+    Ok(bytes)
+}
+
+/// A name from the file, fit for a message.
+fn readable(name: &[u8]) -> String {
+    const LONGEST: usize = 60;
+    let text = String::from_utf8_lossy(&name[..name.len().min(LONGEST)]);
+    text.chars()
+        .map(|c| if c.is_control() { '?' } else { c })
+        .collect()
+}

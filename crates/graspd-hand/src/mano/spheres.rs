@@ -1,0 +1,108 @@
+//! Spheres along the bones of a skinned hand, so that its fingers do not pass through each other.
+
+use graspd_geom::Vec3;
+use nalgebra::Vector3;
+
+use super::fingers::{Fingers, KNUCKLES, heaviest};
+use super::model::{SKINNED_JOINTS, SkinnedModel};
+use crate::CollisionSpheres;
+
+/// Spheres reach this share of the way from the bone to the nearest quarter of the skin: flesh gives a little.
+const SKIN_SHARE: f64 = 0.9;
+/// Overlap in the open pose from which on a pair of spheres is left alone \[m\].
+const TOUCHING: f64 = 0.0;
+/// Spheres of one bone at most.
+const MOST_ON_BONE: usize = 4;
+
+/// The spheres, and their centers in the straight pose, model coordinates \[m\].
+pub(crate) fn along_bones(
+    model: &SkinnedModel,
+    vertices: &[Vec3<f64>],
+    fingers: &Fingers,
+    open_frames: impl Fn(usize, Vec3<f64>) -> Vec3<f64>,
+) -> (CollisionSpheres, Vec<Vec3<f64>>) {
+    let mut spheres = CollisionSpheres::default();
+    let mut centers = Vec::new();
+    let mut cover = |body: usize, from: Vector3<f64>, to: Vector3<f64>, radius: f64| {
+        if radius <= 0.0 {
+            return;
+        }
+        let count = ((to - from).norm() / radius)
+            .ceil()
+            .clamp(1.0, MOST_ON_BONE as f64);
+        for index in 0..count as usize {
+            // At the joints the neighbours' spheres cover.
+            let share = (index as f64 + 0.5) / count;
+            centers.push(Vec3::from(from + (to - from) * share));
+            spheres.radius.push(radius);
+            spheres.body.push(body as u32);
+        }
+    };
+    for joint in 1..SKINNED_JOINTS {
+        let (from, mut to) = (fingers.joints[joint], fingers.bone_end(joint));
+        let radius = radius(model, vertices, joint, from, to);
+        if joint.is_multiple_of(3) {
+            // The tip lies on the skin.
+            let length = (to - from).norm();
+            to = from + (to - from) * (1.0 - radius / length.max(1e-9)).max(0.0);
+        }
+        cover(joint, from, to, radius);
+    }
+    for knuckle in KNUCKLES {
+        let (from, to) = (fingers.joints[0], fingers.joints[knuckle]);
+        // The wrist's half is left out: no finger reaches it.
+        let from = from + (to - from) * 0.4;
+        cover(0, from, to, radius(model, vertices, 0, from, to));
+    }
+    let open: Vec<Vec3<f64>> = centers
+        .iter()
+        .zip(&spheres.body)
+        .map(|(&center, &body)| open_frames(body as usize, center))
+        .collect();
+    spheres.pairs = pairs(&spheres, &open);
+    (spheres, centers)
+}
+
+/// The distance from a bone that a quarter of the skin that follows it comes nearer than.
+fn radius(
+    model: &SkinnedModel,
+    vertices: &[Vec3<f64>],
+    joint: usize,
+    from: Vector3<f64>,
+    to: Vector3<f64>,
+) -> f64 {
+    let bone = to - from;
+    let length_squared = bone.norm_squared().max(1e-12);
+    let own = (0..vertices.len()).filter(|&v| heaviest(&model.weights[v]) == joint);
+    let beside = own.filter_map(|v| {
+        let offset = Vector3::from(vertices[v]) - from;
+        let along = offset.dot(&bone) / length_squared;
+        (0.0..=1.0)
+            .contains(&along)
+            .then(|| (offset - bone * along).norm())
+    });
+    let mut distances: Vec<f64> = beside.collect();
+    distances.sort_by(f64::total_cmp);
+    distances
+        .get(distances.len() / 4)
+        .map_or(0.0, |d| d * SKIN_SHARE)
+}
+
+/// Pairs of spheres of different fingers, or of a finger's outer bones and the palm, that are apart in the open hand.
+fn pairs(spheres: &CollisionSpheres, open: &[Vec3<f64>]) -> Vec<[u32; 2]> {
+    let finger = |body: u32| body.div_ceil(3);
+    let mut pairs = Vec::new();
+    for a in 0..open.len() {
+        for b in a + 1..open.len() {
+            let (first, second) = (spheres.body[a], spheres.body[b]);
+            let same = finger(first) == finger(second);
+            // A finger's first bone rubs against the palm as it bends.
+            let adjacent = (first == 0 && second % 3 == 1) || (second == 0 && first % 3 == 1);
+            let gap = (open[a] - open[b]).norm() - spheres.radius[a] - spheres.radius[b];
+            if !same && !adjacent && gap > TOUCHING {
+                pairs.push([a as u32, b as u32]);
+            }
+        }
+    }
+    pairs
+}
