@@ -207,6 +207,11 @@ pub trait Hand: Kinematics<f32> + Kinematics<f64> + Send + Sync {
     fn notes(&self) -> &[String] {
         &[]
     }
+    /// The shape parameters of a hand in MANO's layout, whose articulation are its pose coefficients; `None` for other
+    /// hands.
+    fn mano_shape(&self) -> Option<&[f64]> {
+        None
+    }
     /// Working memory for one worker.
     fn new_scratch(&self) -> HandScratch;
 }

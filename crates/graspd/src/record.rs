@@ -72,7 +72,7 @@ pub struct Seconds {
 
 /// One grasp.
 ///
-/// To be read, a record needs only `object`, `hand`, `pose` and, for the pose of a hand with joints, `joints_rad`.
+/// To be read, a record needs only `object`, `hand`, `pose` and, for the articulation, `joints_rad` or `mano`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct GraspRecord {
     /// [`SCHEMA`].
@@ -94,9 +94,9 @@ pub struct GraspRecord {
     pub index: usize,
     /// The hand's base.
     pub pose: RecordedPose,
-    /// Joint positions \[rad or m\] by name; `None` for hands without joints.
+    /// Joint positions \[rad or m\] or pose coefficients by name; may be missing where `mano` has the coefficients.
     pub joints_rad: Option<BTreeMap<String, f64>>,
-    /// Pose space coefficients of a MANO hand.
+    /// `pca`, the pose coefficients of a hand in MANO's layout, and `shape`, its shape parameters.
     pub mano: Option<serde_json::Value>,
     /// Where the hand should be before it closes.
     pub pre_grasp: Option<PreGrasp>,
@@ -129,19 +129,18 @@ impl GraspRecord {
             index: self.index,
             fault,
         };
-        let joints = self
-            .joints_rad
-            .as_ref()
-            .ok_or_else(|| invalid("it has no `joints_rad`".into()))?;
-        let articulation = names
-            .iter()
-            .map(|name| {
-                joints
-                    .get(name)
-                    .copied()
-                    .ok_or_else(|| invalid(format!("`joints_rad` lacks the joint `{name}`")))
-            })
-            .collect::<Result<Vec<_>, _>>()?;
+        let articulation = match &self.joints_rad {
+            Some(joints) => names
+                .iter()
+                .map(|name| {
+                    joints
+                        .get(name)
+                        .copied()
+                        .ok_or_else(|| invalid(format!("`joints_rad` lacks the joint `{name}`")))
+                })
+                .collect::<Result<Vec<_>, _>>()?,
+            None => self.mano_coefficients(names.len()).map_err(invalid)?,
+        };
         let [x, y, z] = self.pose.translation_m;
         let [w, i, j, k] = self.pose.rotation_wxyz;
         let norm = (w * w + i * i + j * j + k * k).sqrt();
@@ -168,6 +167,26 @@ impl GraspRecord {
             },
             articulation,
         })
+    }
+
+    /// The first `count` pose coefficients of a MANO hand; those that the record leaves out are 0.
+    fn mano_coefficients(&self, count: usize) -> Result<Vec<f64>, String> {
+        let given = self.mano.as_ref().and_then(|mano| mano.get("pca"));
+        let given = given
+            .and_then(serde_json::Value::as_array)
+            .ok_or("it has neither `joints_rad` nor `mano` with a list `pca`")?;
+        if given.len() > count {
+            return Err(format!(
+                "its `pca` has {} coefficients, the hand has {count}",
+                given.len()
+            ));
+        }
+        let numbers = given.iter().map(|value| value.as_f64());
+        let mut numbers: Vec<f64> = numbers
+            .collect::<Option<_>>()
+            .ok_or("its `pca` has something that is not a number")?;
+        numbers.resize(count, 0.0);
+        Ok(numbers)
     }
 
     /// Whether every number that must be there is one.

@@ -239,7 +239,9 @@ fn record_of(
         index,
         pose: RecordedPose::from(pose),
         joints_rad: Some(named_joints(names, &pose.articulation)),
-        mano: None,
+        mano: hand
+            .mano_shape()
+            .map(|shape| serde_json::json!({"pca": pose.articulation, "shape": shape})),
         pre_grasp: Some(PreGrasp {
             pose: RecordedPose::from(&retreated),
             joints_rad: named_joints(names, hand.open_articulation()),

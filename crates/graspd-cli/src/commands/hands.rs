@@ -17,9 +17,9 @@ pub(crate) struct Arguments {
 
 #[derive(Subcommand)]
 enum HandsCommand {
-    /// Describe a built-in hand or a URDF: joints, limits, contact points, palm
+    /// Describe a built-in hand, a URDF or a MANO model: joints, limits, contact points, palm
     Inspect {
-        /// Built-in hand or a .urdf
+        /// Built-in hand, a .urdf, or a MANO model (.pkl or .npz)
         hand: String,
         /// Print as JSON
         #[arg(long)]

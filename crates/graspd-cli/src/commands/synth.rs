@@ -38,7 +38,7 @@ pub(crate) struct Arguments {
     /// Built-in object (see `graspd objects`) or a closed mesh: .obj .stl .ply .off
     #[arg(default_value = "mug", value_parser = NonEmptyStringValueParser::new())]
     object: String,
-    /// Built-in hand (see `graspd hands`) or a .urdf
+    /// Built-in hand (see `graspd hands`), a .urdf, or a MANO model (.pkl or .npz)
     #[arg(long, default_value = "allegro", value_parser = NonEmptyStringValueParser::new())]
     hand: String,
     /// How many grasps, each from its own start

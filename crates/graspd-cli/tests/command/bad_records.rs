@@ -87,7 +87,11 @@ fn poses_that_are_none() {
 #[test]
 fn joints_that_do_not_fit() {
     let no_joints = line(&[("joints_rad", Value::Null)]);
-    refused(&no_joints, &[], &["grasp 0", "no `joints_rad`"]);
+    refused(
+        &no_joints,
+        &[],
+        &["grasp 0", "neither `joints_rad` nor `mano`"],
+    );
     let mut joints = bare()["joints_rad"].clone();
     joints.as_object_mut().unwrap().remove("joint_7.0");
     let second = format!("{}\n{}", line(&[]), line(&[("joints_rad", joints)]));

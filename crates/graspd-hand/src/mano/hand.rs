@@ -131,10 +131,6 @@ impl SkinnedHand {
     pub fn model(&self) -> &SkinnedModel {
         &self.model
     }
-    /// The shape parameters that it was made with.
-    pub fn shape(&self) -> &[f64] {
-        &self.shape
-    }
     /// Vertices of the shaped hand in its straight pose, model coordinates \[m\], `[v]`.
     pub fn rest_vertices(&self) -> &[Vec3<f64>] {
         &self.rest
@@ -254,6 +250,9 @@ impl Hand for SkinnedHand {
     }
     fn notes(&self) -> &[String] {
         &self.notes
+    }
+    fn mano_shape(&self) -> Option<&[f64]> {
+        Some(&self.shape)
     }
     fn new_scratch(&self) -> HandScratch {
         HandScratch {
