@@ -27,12 +27,14 @@ mod closed;
 mod distance;
 mod error;
 mod io;
+mod isosurface;
 mod lofting;
 mod mass;
 mod mesh;
 mod objects;
 #[cfg(feature = "testing")]
 mod parry_bridge;
+mod remeshing;
 mod rigid;
 mod sampling;
 mod sdf;
@@ -45,11 +47,13 @@ pub use closed::{ClosedSurface, closed_surface, flipped, require_closed, weld_ex
 pub use distance::{ClosestPoint, SignedDistance, TriangleTree, WindingField};
 pub use error::GeometryError;
 pub use io::{load_mesh, save_mesh, save_obj, save_off, save_stl};
+pub use isosurface::{NodeGrid, isosurface};
 pub use mass::{MassProperties, signed_volume};
 pub use mesh::TriangleMesh;
 pub use objects::{BUILTIN_OBJECTS, BuiltinObject, builtin_object};
 #[cfg(feature = "testing")]
 pub use parry_bridge::parry_signed_distance;
+pub use remeshing::{RemeshTarget, remesh};
 pub use rigid::{Mat3, Quaternion, Rigid, Vec3};
 pub use sampling::{SurfacePoint, SurfaceSampler, sample_evenly};
 pub use sdf::SdfGrid;
