@@ -3,8 +3,8 @@
 use std::path::Path;
 
 use crate::{
-    Hand, HandError, HandOptions, SkinnedHandOptions, UrdfOptions, allegro, load_skinned_hand,
-    load_urdf,
+    Hand, HandError, HandOptions, SkinnedHandOptions, UrdfOptions, allegro, human,
+    load_skinned_hand, load_urdf,
 };
 
 /// A hand that is built in.
@@ -17,10 +17,16 @@ pub struct BuiltinHand {
 }
 
 /// All hands that [`builtin_hand`] knows.
-pub const BUILTIN_HANDS: &[BuiltinHand] = &[BuiltinHand {
-    name: "allegro",
-    description: "Allegro hand, right: three fingers and a thumb, 16 joints",
-}];
+pub const BUILTIN_HANDS: &[BuiltinHand] = &[
+    BuiltinHand {
+        name: "allegro",
+        description: "Allegro hand, right: three fingers and a thumb, 16 joints",
+    },
+    BuiltinHand {
+        name: "human",
+        description: "human hand, right: 778 contact points, 15 joints of 3 angles each",
+    },
+];
 
 /// The built-in hand named `name`, one of [`BUILTIN_HANDS`]; `None` if there is none.
 pub fn builtin_hand(name: &str) -> Option<Box<dyn Hand>> {
@@ -34,6 +40,7 @@ fn builtin_hand_with(
 ) -> Result<Option<Box<dyn Hand>>, HandError> {
     Ok(match name {
         "allegro" => Some(Box::new(allegro(options)?)),
+        "human" => Some(Box::new(human(&SkinnedHandOptions::default())?)),
         _ => None,
     })
 }

@@ -40,6 +40,7 @@ mod contact_points;
 mod encounters;
 mod error;
 mod hand;
+mod human;
 mod joint;
 mod limits;
 mod mano;
@@ -59,6 +60,7 @@ pub use hand::{
     CollisionSpheres, ContactPoints, Hand, HandPose, HandScratch, Kinematics, Limit, POINT_PADDING,
     PalmFrame, PointBuffer, PoseGradient,
 };
+pub use human::{HUMAN_SHAPE_NAMES, HumanPoseSpace, human, human_model};
 pub use joint::{Joint, JointKind, Mimic};
 pub use limits::{clamp_to_limits, middle_of_limits};
 pub use mano::{
