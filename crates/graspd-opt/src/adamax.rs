@@ -95,6 +95,18 @@ impl<E: Element> Adamax<E> {
         &self.largest
     }
 
+    /// Begins an iteration whose coordinates are handed over piece by piece, by whoever computes the gradient: the
+    /// same numbers as [`Optimizer::step`], without a second pass over memory. Each coordinate must come once.
+    pub fn begin_iteration(&mut self, rate: f64) -> AdamaxIteration<'_, E> {
+        self.iterations += 1;
+        let correction = self.beta1_power.advance();
+        AdamaxIteration {
+            rule: Rule::new::<E>(&self.settings, rate / correction),
+            mean: &mut self.mean,
+            largest: &mut self.largest,
+        }
+    }
+
     fn advance(
         &mut self,
         groups: &[ParameterGroup],
@@ -108,8 +120,7 @@ impl<E: Element> Adamax<E> {
         for group in groups {
             let range = group.range.clone();
             adamax_kernel(
-                &self.settings,
-                E::constant(-group.rate / correction),
+                &Rule::new::<E>(&self.settings, group.rate / correction),
                 &mut self.mean[range.clone()],
                 &mut self.largest[range.clone()],
                 &gradient[range.clone()],
@@ -144,29 +155,94 @@ impl<E: Element> Optimizer<E> for Adamax<E> {
 
 /// One iteration over slices of equal length; the compiler turns it into SIMD code.
 fn adamax_kernel<E: Element>(
-    settings: &AdamaxSettings,
-    negative_rate: E,
+    rule: &Rule,
     mean: &mut [E],
     largest: &mut [E],
     gradient: &[E],
     target: &mut [E],
     apply: impl Apply<E>,
 ) {
-    let (beta1, beta2) = (E::constant(settings.beta1), E::constant(settings.beta2));
-    let (one_minus_beta1, epsilon) = (
-        E::constant(1.0 - settings.beta1),
-        E::constant(settings.epsilon),
-    );
-    let smallest = smallest_moment::<E>();
     // Equal lengths, said in a way that removes the bounds checks.
     let len = target.len();
     let (mean, largest, gradient) = (&mut mean[..len], &mut largest[..len], &gradient[..len]);
     for i in 0..len {
-        let g = flush(gradient[i], smallest);
-        let m = flush(beta1 * mean[i] + one_minus_beta1 * g, smallest);
-        let u = Real::max(beta2 * largest[i], Real::abs(g) + epsilon);
-        mean[i] = m;
-        largest[i] = u;
-        apply.apply(&mut target[i], negative_rate * m / u);
+        let update = rule.advance(&mut mean[i], &mut largest[i], gradient[i]);
+        apply.apply(&mut target[i], update);
+    }
+}
+
+/// One iteration of [`Adamax`] in progress; see [`Adamax::begin_iteration`].
+#[derive(Debug)]
+pub struct AdamaxIteration<'a, E> {
+    rule: Rule,
+    mean: &'a mut [E],
+    largest: &'a mut [E],
+}
+
+impl<E: Element> AdamaxIteration<'_, E> {
+    /// By how much `ROWS` groups of coordinates have to move against their gradient. Group k has a coordinate for each
+    /// lane: those from number `first + k stride` on.
+    ///
+    /// # Panics
+    /// If there are no such coordinates.
+    #[inline(always)]
+    pub fn update<T: Real<Element = E>, const ROWS: usize>(
+        &mut self,
+        first: usize,
+        stride: usize,
+        gradient: [T; ROWS],
+    ) -> [T; ROWS] {
+        // One range check for all groups.
+        let range = first..first + (ROWS - 1) * stride + T::LANES;
+        let (mean, largest) = (&mut self.mean[range.clone()], &mut self.largest[range]);
+        let mut update = [T::zero(); ROWS];
+        for k in 0..ROWS {
+            let (mut m, mut u) = (
+                T::load(&mean[k * stride..]),
+                T::load(&largest[k * stride..]),
+            );
+            update[k] = self.rule.advance(&mut m, &mut u, gradient[k]);
+            m.store(&mut mean[k * stride..]);
+            u.store(&mut largest[k * stride..]);
+        }
+        update
+    }
+}
+
+/// The arithmetic of one coordinate, or of one in each lane.
+#[derive(Clone, Copy, Debug)]
+struct Rule {
+    beta1: f64,
+    one_minus_beta1: f64,
+    beta2: f64,
+    epsilon: f64,
+    negative_rate: f64,
+    /// What is smaller counts as zero in the mean.
+    smallest: f64,
+}
+
+impl Rule {
+    /// `rate`: already divided by the bias correction.
+    fn new<E: Element>(settings: &AdamaxSettings, rate: f64) -> Self {
+        Self {
+            beta1: settings.beta1,
+            one_minus_beta1: 1.0 - settings.beta1,
+            beta2: settings.beta2,
+            epsilon: settings.epsilon,
+            negative_rate: -rate,
+            smallest: smallest_moment::<E>().lane(0),
+        }
+    }
+
+    /// Advances m and u by one iteration and returns the update.
+    #[inline(always)]
+    fn advance<T: Real>(&self, mean: &mut T, largest: &mut T, gradient: T) -> T {
+        let smallest = T::constant(self.smallest);
+        let g = flush(gradient, smallest);
+        let m = T::constant(self.beta1) * *mean + T::constant(self.one_minus_beta1) * g;
+        *mean = flush(m, smallest);
+        let magnitude = g.abs() + T::constant(self.epsilon);
+        *largest = (T::constant(self.beta2) * *largest).max(magnitude);
+        T::constant(self.negative_rate) * *mean / *largest
     }
 }

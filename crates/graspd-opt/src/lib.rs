@@ -36,7 +36,7 @@ mod schedule;
 mod trace;
 
 pub use adam::{Adam, AdamSettings};
-pub use adamax::{Adamax, AdamaxSettings};
+pub use adamax::{Adamax, AdamaxIteration, AdamaxSettings};
 pub use constraint::{Bound, Constraint, InequalityForm, MultiplierUpdate};
 pub use error::OptimizationError;
 pub use gradient_descent::GradientDescent;

@@ -159,8 +159,8 @@ pub(crate) fn smallest_moment<E: Element>() -> E {
 
 /// `value`, or 0 where its magnitude is below `smallest`. NaN stays NaN.
 #[inline(always)]
-pub(crate) fn flush<E: Element>(value: E, smallest: E) -> E {
-    E::select(Real::abs(value) < smallest, E::zero(), value)
+pub(crate) fn flush<T: Real>(value: T, smallest: T) -> T {
+    T::select(value.abs().lt(smallest), T::zero(), value)
 }
 
 /// beta^t, kept by one multiplication an iteration.

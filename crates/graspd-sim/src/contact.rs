@@ -62,9 +62,29 @@ impl<T: Real> ContactState<T> {
     /// Grasp'D (ECCV 2022), section 3.2 and supplementary A.5; the friction's stiffness scales with the depth.
     #[inline(always)]
     pub fn wrench(&self, twist: &Twist<T>, params: &ContactParams) -> Wrench<T> {
-        let stiffness = T::constant(params.normal_stiffness);
-        let normal_force = stiffness * self.depth;
+        let force = self.force_per_depth(twist, params) * self.depth;
+        Wrench {
+            torque: self.lever.cross(force),
+            force,
+        }
+    }
 
+    /// The derivative of [`ContactState::wrench`] by the depth, at this normal and lever: the wrench at depth 1, for
+    /// it is proportional to the depth.
+    ///
+    /// Where the depth is 0 this is the only way in which the wrench depends on the contact's position.
+    #[inline(always)]
+    pub fn wrench_per_depth(&self, twist: &Twist<T>, params: &ContactParams) -> Wrench<T> {
+        let force = self.force_per_depth(twist, params);
+        Wrench {
+            torque: self.lever.cross(force),
+            force,
+        }
+    }
+
+    /// f / |c| \[N/m\].
+    #[inline(always)]
+    fn force_per_depth(&self, twist: &Twist<T>, params: &ContactParams) -> Vec3<T> {
         let slip = -(twist.linear + twist.angular.cross(self.lever));
         let tangential = slip - self.normal * slip.dot(self.normal);
         let speed_squared = tangential.norm_squared();
@@ -74,13 +94,8 @@ impl<T: Real> ContactState<T> {
         // depth 0 both sides would tie, and a point that does not touch would always leak the gradient of sticking.
         let sticking = T::constant(params.friction_stiffness);
         let sliding = T::constant(params.friction_coefficient * params.normal_stiffness) / speed;
-        let coefficient = T::select(slips, sticking.min(sliding), T::zero());
-        let friction = coefficient * self.depth;
-
-        let force = tangential * friction - self.normal * normal_force;
-        Wrench {
-            torque: self.lever.cross(force),
-            force,
-        }
+        let friction = T::select(slips, sticking.min(sliding), T::zero());
+        let stiffness = T::constant(params.normal_stiffness);
+        tangential * friction - self.normal * stiffness
     }
 }

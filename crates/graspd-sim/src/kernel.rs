@@ -5,6 +5,7 @@ use graspd_geom::Vec3;
 use graspd_hand::{POINT_PADDING, PointBuffer};
 
 use crate::contact::ContactState;
+use crate::fused::{FusedKernel, TargetRule};
 use crate::object::SimulatedObject;
 use crate::params::{ContactParams, Twist, Wrench};
 
@@ -27,6 +28,10 @@ pub trait Precision: Element {
         targets: &[Self],
         gradient: &mut PointBuffer<Self>,
     ) -> f64;
+
+    /// Runs a [`FusedKernel`].
+    #[doc(hidden)]
+    fn fused<R: TargetRule<Self>>(kernel: FusedKernel<'_, Self, R>) -> f64;
 }
 
 impl Precision for f64 {
@@ -47,6 +52,9 @@ impl Precision for f64 {
         }
         .run_with::<f64>()
     }
+    fn fused<R: TargetRule<f64>>(kernel: FusedKernel<'_, f64, R>) -> f64 {
+        kernel.run_with::<f64>()
+    }
 }
 
 impl Precision for f32 {
@@ -66,6 +74,9 @@ impl Precision for f32 {
             gradient,
         })
     }
+    fn fused<R: TargetRule<f32>>(kernel: FusedKernel<'_, f32, R>) -> f64 {
+        vectorize(kernel)
+    }
 }
 
 /// The contacts of a hand at an object, as the loops over them read them: made by a [`Scene`](crate::Scene).
@@ -79,7 +90,7 @@ pub struct ContactLoop<'a, E> {
 
 impl<E: Element> ContactLoop<'_, E> {
     #[inline(always)]
-    fn point<L: Real<Element = E>>(&self, first: usize) -> Vec3<L> {
+    pub(crate) fn point<L: Real<Element = E>>(&self, first: usize) -> Vec3<L> {
         Vec3::new(
             L::load(&self.points.x[first..]),
             L::load(&self.points.y[first..]),
@@ -87,33 +98,68 @@ impl<E: Element> ContactLoop<'_, E> {
         )
     }
 
+    /// The distance to the dilated object, and the gradient of the distance.
     #[inline(always)]
-    fn state<T: Real>(&self, point: Vec3<T>) -> ContactState<T> {
+    pub(crate) fn distance<T: Real>(&self, point: Vec3<T>) -> (T, Vec3<T>) {
         let (distance, gradient) = self.object.sdf().distance_and_gradient(point);
-        ContactState::new(
-            distance - T::constant(self.smoothing),
-            gradient,
-            point - Vec3::constant(self.object.center_of_mass()),
-            self.contact.leak,
-        )
+        (distance - T::constant(self.smoothing), gradient)
     }
 
     #[inline(always)]
-    fn wrench<T: Real>(&self, state: &ContactState<T>, twist: &Twist<f64>) -> [T; WRENCH_LEN] {
-        let twist = Twist {
-            linear: Vec3::constant(twist.linear),
-            angular: Vec3::constant(twist.angular),
-        };
-        let Wrench { torque, force } = state.wrench(&twist, &self.contact);
-        [torque.x, torque.y, torque.z, force.x, force.y, force.z]
+    pub(crate) fn state<T: Real>(&self, point: Vec3<T>) -> ContactState<T> {
+        let (distance, gradient) = self.distance(point);
+        self.state_at(point, distance, gradient)
+    }
+
+    /// The state of a contact of which the distance is known already.
+    #[inline(always)]
+    pub(crate) fn state_at<T: Real>(
+        &self,
+        point: Vec3<T>,
+        distance: T,
+        gradient: Vec3<T>,
+    ) -> ContactState<T> {
+        let lever = point - Vec3::constant(self.object.center_of_mass());
+        ContactState::new(distance, gradient, lever, self.contact.leak)
+    }
+
+    #[inline(always)]
+    pub(crate) fn wrench<T: Real>(
+        &self,
+        state: &ContactState<T>,
+        twist: &Twist<f64>,
+    ) -> [T; WRENCH_LEN] {
+        components(state.wrench(&constant(twist), &self.contact))
+    }
+
+    #[inline(always)]
+    pub(crate) fn wrench_per_depth<T: Real>(
+        &self,
+        state: &ContactState<T>,
+        twist: &Twist<f64>,
+    ) -> [T; WRENCH_LEN] {
+        components(state.wrench_per_depth(&constant(twist), &self.contact))
     }
 
     /// Where component 0 of the wrench of contact `first` for velocity `j` is stored.
     #[inline(always)]
-    fn offset(&self, first: usize, j: usize) -> usize {
+    pub(crate) fn offset(&self, first: usize, j: usize) -> usize {
         let (block, lane) = (first / POINT_PADDING, first % POINT_PADDING);
         (block * self.velocities.len() + j) * WRENCH_LEN * POINT_PADDING + lane
     }
+}
+
+#[inline(always)]
+fn constant<T: Real>(twist: &Twist<f64>) -> Twist<T> {
+    Twist {
+        linear: Vec3::constant(twist.linear),
+        angular: Vec3::constant(twist.angular),
+    }
+}
+
+#[inline(always)]
+fn components<T: Real>(Wrench { torque, force }: Wrench<T>) -> [T; WRENCH_LEN] {
+    [torque.x, torque.y, torque.z, force.x, force.y, force.z]
 }
 
 struct WrenchKernel<'a, E> {

@@ -48,11 +48,14 @@
 //! 1. target wrenches: [`Scene::place`], [`Scene::contact_wrenches`], [`Scene::task`], [`Scene::target_gradient`];
 //! 2. pose: [`Scene::place`], [`Scene::physics_loss`], [`Scene::intersection_loss`], [`Scene::pull_back`].
 //!
+//! Where both steps start from one pose, [`Scene::move_targets`] does the work of both in one pass over the contacts.
+//!
 //! # Source
 //! Grasp'D: Differentiable Contact-rich Grasp Synthesis for Multi-fingered Hands (Turpin et al., ECCV 2022).
 
 mod contact;
 mod error;
+mod fused;
 mod kernel;
 mod losses;
 mod object;
@@ -62,6 +65,7 @@ mod step;
 
 pub use contact::ContactState;
 pub use error::SimulationError;
+pub use fused::{ForceWeights, FusedKernel, TargetRule};
 pub use kernel::{ContactLoop, Precision};
 pub use losses::{
     intersection_loss_gradient, limit_loss, limit_loss_gradient, range_loss, range_loss_gradient,

@@ -5,6 +5,7 @@ use graspd_hand::{
     Hand, HandPose, HandScratch, Kinematics, POINT_PADDING, PointBuffer, PoseGradient,
 };
 
+use crate::fused::{ForceWeights, FusedKernel, TargetRule};
 use crate::kernel::{ContactLoop, Precision, WRENCH_LEN};
 use crate::losses::intersection_loss_gradient;
 use crate::object::SimulatedObject;
@@ -55,6 +56,8 @@ pub struct Scene<'a, E> {
     sphere_gradient: PointBuffer<E>,
     weight: Vec<E>,
     wrenches: Vec<E>,
+    /// The sums of the targets of the last [`Scene::move_targets`] over the blocks of contacts, `[J][6][8]`.
+    target_sums: Vec<E>,
     task: TaskOutcome,
     twists_after: Vec<Twist<f64>>,
 }
@@ -92,6 +95,7 @@ where
                 .map(|&w| E::constant(f64::from(w)))
                 .collect(),
             wrenches: vec![E::constant(0.0); len * velocities * WRENCH_LEN],
+            target_sums: vec![E::constant(0.0); velocities * WRENCH_LEN * POINT_PADDING],
             task: TaskOutcome {
                 loss: 0.0,
                 wrench_gradient: vec![
@@ -190,13 +194,29 @@ where
         let velocities = self.params.velocities.len();
         for j in 0..velocities {
             let total = total_wrench(targets, velocities, j);
-            self.twists_after[j] = step_twist(
-                self.object,
-                &self.params.velocities[j],
-                &total,
-                self.params.time_step,
-            );
+            self.step_object(j, &total);
         }
+        self.finish_task()
+    }
+
+    /// [`Scene::task`] for the targets that the last [`Scene::move_targets`] left, whose sums it kept; before the first
+    /// one, for targets 0.
+    pub fn task_of_moved_targets(&mut self) -> &TaskOutcome {
+        for j in 0..self.params.velocities.len() {
+            let total = total_wrench(&self.target_sums, self.params.velocities.len(), j);
+            self.step_object(j, &total);
+        }
+        self.finish_task()
+    }
+
+    /// Steps the object from velocity `j`.
+    fn step_object(&mut self, j: usize, total: &Wrench<f64>) {
+        let twist = &self.params.velocities[j];
+        self.twists_after[j] = step_twist(self.object, twist, total, self.params.time_step);
+    }
+
+    /// L_task and its gradient from the twists after the step.
+    fn finish_task(&mut self) -> &TaskOutcome {
         self.task.loss = task_loss(&self.twists_after);
         for (slot, twist) in self.task.wrench_gradient.iter_mut().zip(&self.twists_after) {
             // d||twist'||^2 / d wrench = 2 dt M^-1 twist', since M is symmetric.
@@ -261,6 +281,39 @@ where
                 }
             }
         }
+    }
+
+    /// Moves the targets by one iteration of `rule` against `weights.physics` L_phys + `weights.task` L_task, then returns
+    /// L_phys with the new targets, keeping its derivative by the contact positions for [`Scene::pull_back`]: the force
+    /// step and most of the pose step in one pass over the contacts.
+    ///
+    /// Up to rounding this is [`Scene::contact_wrenches`], [`Scene::target_gradient`] with the outcome of the last
+    /// [`Scene::task`] or [`Scene::task_of_moved_targets`], the optimiser's step, and [`Scene::physics_loss`]; what holds
+    /// for those holds here. The wrenches are not kept.
+    ///
+    /// # Panics
+    /// If `targets` is not [`Scene::wrench_len`] long.
+    pub fn move_targets<R: TargetRule<E>>(
+        &mut self,
+        weights: ForceWeights,
+        rule: &mut R,
+        targets: &mut [E],
+    ) -> f64 {
+        assert_eq!(
+            targets.len(),
+            self.wrenches.len(),
+            "one target for each wrench"
+        );
+        E::fused(FusedKernel {
+            contacts: &contact_loop!(self),
+            weight: &self.weight,
+            force_weights: weights,
+            task_gradient: &self.task.wrench_gradient,
+            rule,
+            targets,
+            totals: &mut self.target_sums,
+            gradient: &mut self.contact_gradient,
+        })
     }
 
     /// L_inter \[m^2\], see [`intersection_loss_gradient`], keeping `weight` times its derivative by the sphere centres

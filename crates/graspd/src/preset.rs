@@ -330,8 +330,4 @@ impl SynthesisSettings {
             OptimizerKind::Adamax(AdamaxSettings::default())
         }
     }
-
-    pub(crate) fn force_optimizer(&self) -> OptimizerKind {
-        OptimizerKind::Adamax(AdamaxSettings::default())
-    }
 }

@@ -1,11 +1,16 @@
 //! The optimisation of one grasp: a force step and a pose step, over and over.
 
+use graspd_ad::Real;
 use graspd_geom::Quaternion;
-use graspd_hand::{Hand, HandPose, Kinematics, Limit, PoseGradient, clamp_to_limits};
-use graspd_opt::{Constraint, Optimizer, ParameterGroup, Schedule};
+use graspd_hand::{
+    Hand, HandPose, Kinematics, Limit, POINT_PADDING, PoseGradient, clamp_to_limits,
+};
+use graspd_opt::{
+    Adamax, AdamaxIteration, AdamaxSettings, Constraint, Optimizer, ParameterGroup, Schedule,
+};
 use graspd_sim::{
-    ContactParams, Precision, Scene, SimulatedObject, SimulationParams, limit_loss_gradient,
-    range_loss_gradient,
+    ContactParams, ForceWeights, Precision, Scene, SimulatedObject, SimulationParams, TargetRule,
+    limit_loss_gradient, range_loss_gradient,
 };
 
 use crate::GraspError;
@@ -108,6 +113,16 @@ impl RelativeConstraint {
     }
 }
 
+/// Adamax as the rule by which target wrenches move.
+struct AdamaxRule<'a, E>(AdamaxIteration<'a, E>);
+
+impl<E: Precision> TargetRule<E> for AdamaxRule<'_, E> {
+    #[inline(always)]
+    fn update<T: Real<Element = E>>(&mut self, first: usize, gradient: [T; 6]) -> [T; 6] {
+        self.0.update(first, POINT_PADDING, gradient)
+    }
+}
+
 /// Everything that changes while one grasp is optimised.
 struct Optimization<'a, E: Precision> {
     settings: &'a SynthesisSettings,
@@ -121,8 +136,7 @@ struct Optimization<'a, E: Precision> {
 
     /// f_hat, the target wrench of each contact for each velocity, and its optimiser.
     targets: Vec<E>,
-    target_gradient: Vec<E>,
-    force_optimizer: Box<dyn Optimizer<E>>,
+    force_optimizer: Adamax<E>,
     task: RelativeConstraint,
 
     gradient: PoseGradient,
@@ -160,8 +174,7 @@ where
             pose_decay: settings.pose_decay()?,
             force_decay: settings.force_decay()?,
             targets: vec![E::zero(); wrenches],
-            target_gradient: vec![E::zero(); wrenches],
-            force_optimizer: settings.force_optimizer().build(wrenches)?,
+            force_optimizer: Adamax::new(wrenches, AdamaxSettings::default())?,
             task: RelativeConstraint::new(settings.task_limit, settings.damping),
             gradient: PoseGradient::zero(articulation),
             flat_gradient: vec![0.0; pose_len],
@@ -191,25 +204,24 @@ where
         )?)
     }
 
-    /// Moves the target wrenches: minimises `relaxation_weight` L_phys subject to L_task < C_task, the pose fixed.
+    /// Moves the target wrenches: minimises `relaxation_weight` L_phys subject to L_task < C_task, the pose fixed. The
+    /// same pass over the contacts gives L_phys with the new targets, and its derivative, to the pose step.
     fn force_step(&mut self, step: usize) {
-        self.scene.contact_wrenches();
-        self.losses.task = self.scene.task(&self.targets).loss;
-        self.scene.target_gradient(
-            &self.targets,
-            self.settings.relaxation_weight,
-            self.task.weight(self.losses.task),
-            &mut self.target_gradient,
-        );
+        self.losses.task = self.scene.task_of_moved_targets().loss;
+        let weights = ForceWeights {
+            physics: self.settings.relaxation_weight,
+            task: self.task.weight(self.losses.task),
+        };
         let rate = self.settings.force_rate * self.force_decay.value(step);
-        self.force_optimizer
-            .step(rate, &mut self.targets, &self.target_gradient);
+        let mut rule = AdamaxRule(self.force_optimizer.begin_iteration(rate));
+        self.losses.physics = self
+            .scene
+            .move_targets(weights, &mut rule, &mut self.targets);
         self.task.ascend(self.settings.force_rate, self.losses.task);
     }
 
     /// The gradient of L_phys + L_range + L_inter and of the joint limit constraint by the pose, the targets fixed.
     fn pose_gradient(&mut self) {
-        self.losses.physics = self.scene.physics_loss(&self.targets);
         let stiffness = self.contact.normal_stiffness;
         self.losses.intersection = self
             .scene

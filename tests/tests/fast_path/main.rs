@@ -1,0 +1,213 @@
+//! The fast path of a step, one pass over the contacts in single precision, against the plain one: four passes in double
+//! precision, one contact at a time. Both follow the poses of one recorded optimisation.
+
+mod trajectory;
+
+use graspd_hand::{Hand, HandPose, Kinematics, PointBuffer, PoseGradient};
+use graspd_opt::{Adamax, AdamaxSettings, Optimizer};
+use graspd_sim::{ForceWeights, Precision, Scene, SimulationParams};
+
+use trajectory::{AdamaxRule, HAND, MUG, TRAJECTORY};
+
+const RATE: f64 = 1e-2;
+/// L_phys as in the presets, L_task so that both move the targets.
+const WEIGHTS: ForceWeights = ForceWeights {
+    physics: 1e-2,
+    task: 1e3,
+};
+/// Steps of the trajectory at which some contact touches, at least.
+const FEWEST_TOUCHING: usize = 100;
+
+/// One way of taking a step, with the state that it carries along.
+struct Path<'a, E> {
+    scene: Scene<'a, E>,
+    targets: Vec<E>,
+    optimizer: Adamax<E>,
+}
+
+/// What a step makes.
+struct Outcome {
+    task: f64,
+    physics: f64,
+    gradient: PoseGradient,
+}
+
+impl<'a, E: Precision> Path<'a, E>
+where
+    for<'h> dyn Hand + 'h: Kinematics<E>,
+{
+    fn new(params: &'a SimulationParams) -> Self {
+        let scene = Scene::new(&*HAND, &MUG.simulated, params);
+        let len = scene.wrench_len();
+        Self {
+            scene,
+            targets: vec![E::zero(); len],
+            optimizer: Adamax::new(len, AdamaxSettings::default()).expect("they are in range"),
+        }
+    }
+
+    fn plain_step(&mut self, pose: &HandPose) -> Outcome {
+        let Self {
+            scene,
+            targets,
+            optimizer,
+        } = self;
+        scene.place(pose);
+        scene.contact_wrenches();
+        let task = scene.task(targets).loss;
+        let mut gradient = vec![E::zero(); targets.len()];
+        scene.target_gradient(targets, WEIGHTS.physics, WEIGHTS.task, &mut gradient);
+        optimizer.step(RATE, targets, &gradient);
+        let physics = scene.physics_loss(targets);
+        self.outcome(pose, task, physics)
+    }
+
+    /// `task`: where the outcome of the simulated step comes from.
+    fn fused_step(&mut self, pose: &HandPose, task: fn(&mut Scene<'a, E>, &[E]) -> f64) -> Outcome {
+        let Self {
+            scene,
+            targets,
+            optimizer,
+        } = self;
+        scene.place(pose);
+        let task = task(scene, targets);
+        let mut rule = AdamaxRule(optimizer.begin_iteration(RATE));
+        let physics = scene.move_targets(WEIGHTS, &mut rule, targets);
+        self.outcome(pose, task, physics)
+    }
+
+    fn outcome(&mut self, pose: &HandPose, task: f64, physics: f64) -> Outcome {
+        let mut gradient = PoseGradient::zero(pose.articulation.len());
+        self.scene.pull_back(pose, &mut gradient);
+        Outcome {
+            task,
+            physics,
+            gradient,
+        }
+    }
+}
+
+fn from_targets<E: Precision>(scene: &mut Scene<'_, E>, targets: &[E]) -> f64
+where
+    for<'h> dyn Hand + 'h: Kinematics<E>,
+{
+    scene.task(targets).loss
+}
+
+fn from_sums<E: Precision>(scene: &mut Scene<'_, E>, _targets: &[E]) -> f64
+where
+    for<'h> dyn Hand + 'h: Kinematics<E>,
+{
+    scene.task_of_moved_targets().loss
+}
+
+/// All components.
+fn flat(gradient: &PoseGradient) -> Vec<f64> {
+    let (t, r) = (gradient.translation, gradient.rotation);
+    let mut flat = vec![t.x, t.y, t.z, r.x, r.y, r.z];
+    flat.extend(&gradient.articulation);
+    flat
+}
+
+/// A quantity along the trajectory, found and expected.
+#[derive(Default)]
+struct Comparison {
+    /// Squared norms of the error and of the expected value, for each step.
+    squares: Vec<[f64; 2]>,
+}
+
+impl Comparison {
+    fn push(&mut self, found: &[f64], expected: &[f64]) -> f64 {
+        let errors = found.iter().zip(expected).map(|(a, b)| (a - b) * (a - b));
+        let error = errors.sum::<f64>();
+        let expected = expected.iter().map(|x| x * x).sum::<f64>();
+        self.squares.push([error, expected]);
+        (error / expected).sqrt()
+    }
+    /// Norm of the error over the norm of the expected values, of all steps together.
+    fn over_all_steps(&self) -> f64 {
+        let sum = |side: usize| self.squares.iter().map(|pair| pair[side]).sum::<f64>();
+        (sum(0) / sum(1)).sqrt()
+    }
+    /// The relative error that a share of the steps stays below.
+    fn quantile(&self, share: f64) -> f64 {
+        let mut errors: Vec<f64> = self.squares.iter().map(|[e, x]| (e / x).sqrt()).collect();
+        errors.sort_by(f64::total_cmp);
+        errors[(share * (errors.len() - 1) as f64) as usize]
+    }
+}
+
+fn touches<E: Precision>(points: &PointBuffer<E>) -> bool {
+    (0..points.len()).any(|i| MUG.simulated.sdf().distance(points.get(i)) <= 0.0)
+}
+
+/// The targets and L_phys of one pass are those of four to the last bit; its gradient is rounded in another order.
+fn one_pass_is_four<E: Precision>(rounding: f64)
+where
+    for<'h> dyn Hand + 'h: Kinematics<E>,
+{
+    let params = TRAJECTORY.settings.simulation();
+    let (mut plain, mut fused) = (Path::<E>::new(&params), Path::<E>::new(&params));
+    let (mut gradients, mut touching) = (Comparison::default(), 0);
+    for (step, pose) in TRAJECTORY.poses.iter().enumerate() {
+        let expected = plain.plain_step(pose);
+        let found = fused.fused_step(pose, from_targets);
+        assert!(plain.targets == fused.targets, "targets at step {step}");
+        assert_eq!(found.physics, expected.physics, "L_phys at step {step}");
+        let error = gradients.push(&flat(&found.gradient), &flat(&expected.gradient));
+        assert!(error <= rounding, "gradient at step {step}: {error:e}");
+        // The sums that the pass kept are those of the targets.
+        let task = plain.scene.task(&plain.targets).loss;
+        let kept = fused.scene.task_of_moved_targets().loss;
+        let error = (kept - task).abs() / task;
+        assert!(error <= rounding, "L_task at step {step}: {error:e}");
+        touching += usize::from(touches(plain.scene.contacts()));
+    }
+    assert!(touching >= FEWEST_TOUCHING, "contact at {touching} steps");
+}
+
+#[test]
+fn one_pass_is_four_in_double_precision() {
+    one_pass_is_four::<f64>(1e-12);
+}
+
+#[test]
+fn one_pass_is_four_in_single_precision() {
+    // Sums over hundreds of contacts.
+    one_pass_is_four::<f32>(1e-5);
+}
+
+#[test]
+fn the_fast_path_follows_the_reference() {
+    /// Of all steps together.
+    const AGREEMENT: f64 = 1e-4;
+    /// Of one step in ten: positions of 0.1 m are rounded to some 4e-9 m, contact forces of some N to 1e-4 N, and near an
+    /// equilibrium only a small part of the forces is left in the residuals.
+    const WORSE: f64 = 1e-3;
+    let params = TRAJECTORY.settings.simulation();
+    let (mut reference, mut fast) = (Path::<f64>::new(&params), Path::<f32>::new(&params));
+    let mut task = Comparison::default();
+    let mut physics = Comparison::default();
+    let mut gradient = Comparison::default();
+    for pose in &TRAJECTORY.poses {
+        let expected = reference.plain_step(pose);
+        let found = fast.fused_step(pose, from_sums);
+        task.push(&[found.task], &[expected.task]);
+        physics.push(&[found.physics], &[expected.physics]);
+        gradient.push(&flat(&found.gradient), &flat(&expected.gradient));
+    }
+    for (what, comparison) in [
+        ("L_task", task),
+        ("L_phys", physics),
+        ("gradient", gradient),
+    ] {
+        let (all, most) = (comparison.over_all_steps(), comparison.quantile(0.9));
+        println!(
+            "{what}: {all:.1e} over all steps; median {:.1e}, 90 % {most:.1e}, worst {:.1e}",
+            comparison.quantile(0.5),
+            comparison.quantile(1.0)
+        );
+        assert!(all <= AGREEMENT, "{what}: {all:e} over all steps");
+        assert!(most <= WORSE, "{what}: {most:e} at one step in ten");
+    }
+}
