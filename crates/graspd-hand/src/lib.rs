@@ -66,7 +66,7 @@ pub use limits::{clamp_to_limits, middle_of_limits};
 pub use mano::{
     JointPlacement, POSE_FEATURES, POSE_VALUES, SKINNED_JOINT_NAMES, SKINNED_JOINT_PARENTS,
     SKINNED_JOINTS, SkinnedHand, SkinnedHandOptions, SkinnedModel, load_skinned_hand,
-    load_skinned_model,
+    load_skinned_model, parse_skinned_model,
 };
 pub use part::Part;
 pub use tree::{KinematicTree, LinkFrame};

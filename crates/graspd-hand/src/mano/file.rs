@@ -46,8 +46,7 @@ pub fn load_skinned_hand(
 pub fn load_skinned_model(path: &Path) -> Result<SkinnedModel, HandError> {
     let bytes = read(path)?;
     let name = path.file_stem().unwrap_or_default().to_string_lossy();
-    let is_archive = bytes.starts_with(b"PK");
-    parse_skinned_model(&bytes, &name, is_archive).map_err(|error| in_file(path, error))
+    parse_skinned_model(&bytes, &name).map_err(|error| in_file(path, error))
 }
 
 fn in_file(path: &Path, error: HandError) -> HandError {
@@ -77,13 +76,12 @@ fn read(path: &Path) -> Result<Vec<u8>, HandError> {
     Err(in_file(path, fault))
 }
 
-/// The model in the bytes of a pickle or of an archive.
-pub(crate) fn parse_skinned_model(
-    bytes: &[u8],
-    name: &str,
-    is_archive: bool,
-) -> Result<SkinnedModel, HandError> {
-    let mut source = if is_archive {
+/// The model in the bytes of a pickle or of an archive, as [`load_skinned_model`] reads them from a file.
+///
+/// # Errors
+/// As [`load_skinned_model`], without a file's name.
+pub fn parse_skinned_model(bytes: &[u8], name: &str) -> Result<SkinnedModel, HandError> {
+    let mut source = if bytes.starts_with(b"PK") {
         Source::Archive(Archive::open(bytes).map_err(HandError::BadArchive)?)
     } else {
         let pickle = Pickle::parse(bytes)?;

@@ -13,6 +13,7 @@ mod numpy;
 mod open;
 mod options;
 mod pickle;
+mod pickle_literals;
 mod pickled_arrays;
 mod pose_space;
 mod skin;
@@ -20,7 +21,7 @@ mod skin_kernels;
 mod skinning;
 mod spheres;
 
-pub use file::{load_skinned_hand, load_skinned_model};
+pub use file::{load_skinned_hand, load_skinned_model, parse_skinned_model};
 pub use hand::SkinnedHand;
 pub(crate) use kinematics::SkinnedScratch;
 pub use model::{

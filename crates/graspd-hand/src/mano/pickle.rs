@@ -6,6 +6,7 @@
 
 use std::borrow::Cow;
 
+use super::pickle_literals::{bad, decimal, long, readable, unquoted};
 use crate::HandError;
 
 /// More values than any hand's file has.
@@ -130,10 +131,6 @@ impl<'a> Pickle<'a> {
             .find(|(name, _)| is_key(*name))
             .map(|(_, value)| *value)
     }
-}
-
-fn bad<T>(fault: impl Into<String>) -> Result<T, HandError> {
-    Err(HandError::BadPickle(fault.into()))
 }
 
 struct Machine<'a> {
@@ -431,70 +428,4 @@ fn pairs(ids: &[Id]) -> Result<Vec<(Id, Id)>, HandError> {
         return bad("it has a key without a value");
     }
     Ok(pairs.iter().map(|&[key, value]| (key, value)).collect())
-}
-
-fn decimal(digits: &[u8]) -> Result<i64, HandError> {
-    let text = std::str::from_utf8(digits).unwrap_or_default();
-    match text.trim_end_matches('L').parse() {
-        Ok(number) => Ok(number),
-        Err(_) => bad(format!(
-            "it has `{}` where an integer is due",
-            readable(digits)
-        )),
-    }
-}
-
-/// A little-endian integer in two's complement.
-fn long(bytes: &[u8]) -> Result<i64, HandError> {
-    if bytes.len() > 8 {
-        return bad("it has an integer of over 64 bits");
-    }
-    let is_negative = bytes.last().is_some_and(|&byte| byte >= 0x80);
-    let mut all = [if is_negative { 0xff } else { 0 }; 8];
-    all[..bytes.len()].copy_from_slice(bytes);
-    Ok(i64::from_le_bytes(all))
-}
-
-/// The bytes that a string between quotes stands for, as Python 2 writes it.
-fn unquoted(line: &[u8]) -> Result<Vec<u8>, HandError> {
-    const FAULT: &str = "it has a string that is not quoted as strings are";
-    let inner = match line {
-        [first @ (b'\'' | b'"'), inner @ .., last] if first == last => inner,
-        _ => return bad(FAULT),
-    };
-    let mut bytes = Vec::with_capacity(inner.len());
-    let mut rest = inner;
-    while let [byte, after @ ..] = rest {
-        rest = after;
-        if *byte != b'\\' {
-            bytes.push(*byte);
-            continue;
-        }
-        let (value, after) = match rest {
-            [b'n', after @ ..] => (b'\n', after),
-            [b'r', after @ ..] => (b'\r', after),
-            [b't', after @ ..] => (b'\t', after),
-            [quoted @ (b'\\' | b'\'' | b'"'), after @ ..] => (*quoted, after),
-            [b'x', high, low, after @ ..] => {
-                let digit = |byte: u8| char::from(byte).to_digit(16);
-                match (digit(*high), digit(*low)) {
-                    (Some(high), Some(low)) => ((16 * high + low) as u8, after),
-                    _ => return bad(FAULT),
-                }
-            }
-            _ => return bad(FAULT),
-        };
-        bytes.push(value);
-        rest = after;
-    }
-    Ok(bytes)
-}
-
-/// A name from the file, fit for a message.
-fn readable(name: &[u8]) -> String {
-    const LONGEST: usize = 60;
-    let text = String::from_utf8_lossy(&name[..name.len().min(LONGEST)]);
-    text.chars()
-        .map(|c| if c.is_control() { '?' } else { c })
-        .collect()
 }

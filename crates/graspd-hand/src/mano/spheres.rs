@@ -11,8 +11,10 @@ use crate::CollisionSpheres;
 const SKIN_SHARE: f64 = 0.9;
 /// Overlap in the open pose from which on a pair of spheres is left alone \[m\].
 const TOUCHING: f64 = 0.0;
+/// Distance of neighbours on a bone, in radii.
+const SPACING: f64 = 1.6;
 /// Spheres of one bone at most.
-const MOST_ON_BONE: usize = 4;
+const MOST_ON_BONE: f64 = 3.0;
 
 /// The spheres, and their centers in the straight pose, model coordinates \[m\].
 pub(crate) fn along_bones(
@@ -27,9 +29,9 @@ pub(crate) fn along_bones(
         if radius <= 0.0 {
             return;
         }
-        let count = ((to - from).norm() / radius)
+        let count = ((to - from).norm() / (SPACING * radius))
             .ceil()
-            .clamp(1.0, MOST_ON_BONE as f64);
+            .clamp(1.0, MOST_ON_BONE);
         for index in 0..count as usize {
             // At the joints the neighbours' spheres cover.
             let share = (index as f64 + 0.5) / count;

@@ -1,5 +1,10 @@
 //! Skinned hands in MANO's layout: every stage against an independent implementation, files, faults.
 
+mod archives;
+mod faults;
 mod kinematics;
+mod mutations;
+mod pickles;
 mod plain;
+mod real_hand;
 mod synthetic;

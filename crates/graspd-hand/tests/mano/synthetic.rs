@@ -148,3 +148,21 @@ fn weights(vertex: Vector3<f64>) -> [f64; SKINNED_JOINTS] {
     let sum: f64 = weights.iter().sum();
     weights.map(|weight| weight / sum)
 }
+
+/// The smallest model: a tetrahedron without blendshapes and with two components, for tests of many files.
+pub(crate) fn smallest() -> SkinnedModel {
+    let mut model = model(3);
+    model.template = vec![
+        [0.0, 0.0, 0.0],
+        [0.05, 0.0, 0.0],
+        [0.0, 0.1, 0.0],
+        [0.0, 0.0, 0.05],
+    ];
+    model.faces = vec![[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]];
+    model.weights.truncate(4);
+    model.joints = JointPlacement::Regressed(vec![vec![(0, 0.25), (2, 0.75)]; SKINNED_JOINTS]);
+    model.shape_directions.truncate(4 * 3);
+    model.pose_directions = None;
+    model.pose_components.truncate(2);
+    model
+}
