@@ -2,6 +2,7 @@
 //! `cargo run --release -p graspd-hand --example skinned_time`
 
 #[path = "../tests/mano/synthetic.rs"]
+#[allow(dead_code)] // The tests use more of it.
 mod synthetic;
 
 use std::time::Instant;
