@@ -9,7 +9,7 @@ use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 
-use commands::{eval, hands, objects, sdf, synth};
+use commands::{cache, eval, hands, objects, sdf, synth};
 
 /// Synthesises contact-rich grasps for multi-fingered hands by optimising through a differentiable contact simulation.
 #[derive(Parser)]
@@ -27,6 +27,8 @@ enum Command {
     Eval(eval::Arguments),
     /// Write the signed distance grid of an object
     Sdf(sdf::Arguments),
+    /// Tell what is kept between runs, or remove it
+    Cache(cache::Arguments),
     /// List the built-in hands, or inspect a URDF
     Hands(hands::Arguments),
     /// List the built-in objects
@@ -38,6 +40,7 @@ fn main() -> ExitCode {
         Command::Synth(arguments) => synth::run(&arguments),
         Command::Eval(arguments) => eval::run(&arguments),
         Command::Sdf(arguments) => sdf::run(&arguments),
+        Command::Cache(arguments) => cache::run(&arguments),
         Command::Hands(arguments) => hands::run(&arguments),
         Command::Objects(arguments) => objects::run(&arguments),
     };

@@ -4,6 +4,7 @@ mod decomposition;
 mod piece;
 mod protocol;
 mod rapier;
+mod stored;
 
 #[cfg(test)]
 mod tests;

@@ -2,7 +2,7 @@
 
 use std::sync::OnceLock;
 
-use graspd_geom::{MassProperties, SignedDistance, TriangleMesh};
+use graspd_geom::{DiskCache, MassProperties, SignedDistance, TriangleMesh};
 use nalgebra::Point3;
 use serde::{Deserialize, Serialize};
 
@@ -28,6 +28,7 @@ pub struct ObjectUnderTest {
     mass_properties: MassProperties,
     torque_scale: f64,
     decomposition: DecompositionSettings,
+    cache: Option<DiskCache>,
     /// Made when a displacement is first asked for: it takes seconds, and other metrics do not need it.
     dynamic: OnceLock<DynamicObject>,
 }
@@ -62,8 +63,15 @@ impl ObjectUnderTest {
             distance,
             mass_properties,
             decomposition: decomposition.clone(),
+            cache: None,
             dynamic: OnceLock::new(),
         })
+    }
+
+    /// Takes the convex decomposition from a cache, or stores it there; no result depends on it.
+    #[must_use]
+    pub fn with_cache(self, cache: Option<DiskCache>) -> Self {
+        Self { cache, ..self }
     }
 
     /// The exact signed distance to the object.
@@ -82,7 +90,11 @@ impl ObjectUnderTest {
     pub fn dynamic(&self) -> &DynamicObject {
         self.dynamic.get_or_init(|| {
             let distance = |p: &Point3<f64>| self.distance.signed_distance(p);
-            let pieces = ObjectPieces::new(&self.mesh, &distance, &self.decomposition);
+            let (mesh, settings) = (&self.mesh, &self.decomposition);
+            let pieces = match &self.cache {
+                Some(cache) => ObjectPieces::new_cached(mesh, &distance, settings, cache),
+                None => ObjectPieces::new(mesh, &distance, settings),
+            };
             let MassProperties {
                 mass,
                 center_of_mass,

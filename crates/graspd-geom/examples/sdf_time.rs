@@ -1,4 +1,5 @@
-//! Times the construction of a signed distance grid, exact queries and lookups: `sdf_time MESH.obj [RESOLUTION]`.
+//! Times the construction of a signed distance grid, in a narrow band, too, its storing and loading, exact queries,
+//! winding numbers and lookups: `sdf_time MESH.obj [RESOLUTION]`.
 //!
 //! Prints wall-clock seconds, CPU seconds and peak memory (the last two where /proc tells them), and nanoseconds
 //! per query at points around the mesh.
@@ -6,7 +7,7 @@
 use std::time::Instant;
 
 use graspd_ad::{Dual, Kernel, Real, vectorize};
-use graspd_geom::{SdfGrid, SignedDistance, Vec3, load_mesh};
+use graspd_geom::{DiskCache, SdfGrid, SdfSampling, SignedDistance, Vec3, WindingField, load_mesh};
 use nalgebra::Point3;
 use rand::{Rng, SeedableRng};
 
@@ -33,6 +34,36 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         cpu,
         peak,
     );
+    for band in [0.02, 0.01, 0.005] {
+        let sampling = SdfSampling {
+            band: Some(band),
+            ..SdfSampling::exact(resolution, 0.01)
+        };
+        let (start, cpu) = (Instant::now(), cpu_seconds());
+        let banded = SdfGrid::sample(&surface, &sampling, &|_| {})?;
+        let (wall, cpu) = (start.elapsed().as_secs_f64(), cpu_seconds() - cpu);
+        let values = banded.to_values();
+        let pairs = || values.iter().zip(grid.to_values());
+        let equal = pairs().filter(|(bound, exact)| **bound == *exact).count();
+        let short = pairs().map(|(bound, exact)| f64::from(exact.abs() - bound.abs()));
+        println!(
+            "band of {} mm: wall {wall:.2} s, CPU {cpu:.2} s, {:.1} % exact, others short by {:.3} mm on average and {:.3} at most",
+            1e3 * band,
+            100.0 * equal as f64 / values.len() as f64,
+            1e3 * short.clone().sum::<f64>() / (values.len() - equal).max(1) as f64,
+            1e3 * short.fold(0.0, f64::max),
+        );
+    }
+    let folder = std::env::temp_dir().join(format!("sdf_time-{}", std::process::id()));
+    let cache = DiskCache::new(&folder, DiskCache::USUAL_CAPACITY);
+    for what in ["made and stored", "loaded"] {
+        let (start, cpu) = (Instant::now(), cpu_seconds());
+        let sampling = SdfSampling::exact(resolution, 0.01);
+        SdfGrid::sample_cached(&surface, &sampling, &cache, &|_| {})?;
+        let (wall, cpu) = (start.elapsed().as_secs_f64(), cpu_seconds() - cpu);
+        println!("{what}: wall {wall:.2} s, CPU {cpu:.2} s");
+    }
+    std::fs::remove_dir_all(folder)?;
     time_queries(&surface, &grid);
     Ok(())
 }
@@ -72,6 +103,14 @@ fn time_queries(surface: &SignedDistance, grid: &SdfGrid) {
             .map(|p| f64::from(surface.winding_number(p)))
             .sum()
     });
+    let field = WindingField::new(surface.tree().clone());
+    for accuracy in [1e-1, 1e-2, 1e-3, 1e-6] {
+        let what = format!("generalised winding number to {accuracy:e}");
+        time(&what, 3, &|| {
+            let winding = |p| field.winding_number(p, accuracy);
+            points.iter().map(winding).sum()
+        });
+    }
     let many: Vec<Point3<f64>> = (0..64 * POINTS)
         .map(|_| low + (high - low).map(|extent| extent * random.random::<f64>()))
         .collect();

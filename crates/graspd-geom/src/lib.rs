@@ -23,6 +23,7 @@
 //! # }
 //! ```
 
+mod cache;
 mod closed;
 mod distance;
 mod error;
@@ -43,6 +44,7 @@ mod shapes;
 mod test_data;
 mod topology;
 
+pub use cache::{CacheKey, CacheSize, DiskCache};
 pub use closed::{ClosedSurface, closed_surface, flipped, require_closed, weld_exact};
 pub use distance::{ClosestPoint, SignedDistance, TriangleTree, WindingField};
 pub use error::GeometryError;
@@ -56,7 +58,7 @@ pub use parry_bridge::parry_signed_distance;
 pub use remeshing::{RemeshTarget, remesh};
 pub use rigid::{Mat3, Quaternion, Rigid, Vec3};
 pub use sampling::{SurfacePoint, SurfaceSampler, sample_evenly};
-pub use sdf::SdfGrid;
+pub use sdf::{SdfGrid, SdfSampling};
 pub use shapes::{box_mesh, capsule_mesh, cylinder_mesh, sphere_mesh};
 #[cfg(feature = "testing")]
 pub use test_data::shared_file;

@@ -3,8 +3,8 @@
 use std::path::{Path, PathBuf};
 
 use graspd_geom::{
-    BUILTIN_OBJECTS, GeometryError, MassProperties, SdfGrid, SignedDistance, TriangleMesh,
-    builtin_object, closed_surface, load_mesh,
+    BUILTIN_OBJECTS, DiskCache, GeometryError, MassProperties, SdfGrid, SdfSampling,
+    SignedDistance, TriangleMesh, builtin_object, closed_surface, load_mesh,
 };
 use graspd_sim::SimulatedObject;
 
@@ -104,6 +104,8 @@ pub struct GraspObject {
     pub distance: SignedDistance,
     /// What the simulation sees.
     pub simulated: SimulatedObject,
+    /// Where what takes long to compute about it is kept, if anywhere.
+    pub cache: Option<DiskCache>,
 }
 
 impl GraspObject {
@@ -119,14 +121,35 @@ impl GraspObject {
         density: f64,
         progress: &(dyn Fn(f64) + Sync),
     ) -> Result<Self, GraspError> {
+        Self::prepare_cached(source, resolution, density, None, progress)
+    }
+
+    /// As [`GraspObject::prepare`], with the distance grid from `cache` if it is there, and stored there if not; the
+    /// result is the same to the last bit. [`synthesize_grasps`](crate::synthesize_grasps) does so with what the
+    /// judge needs. [`DiskCache::fault`] tells of a cache that cannot be used.
+    ///
+    /// # Errors
+    /// As [`GraspObject::prepare`].
+    pub fn prepare_cached(
+        source: NamedMesh,
+        resolution: usize,
+        density: f64,
+        cache: Option<DiskCache>,
+        progress: &(dyn Fn(f64) + Sync),
+    ) -> Result<Self, GraspError> {
         let distance = SignedDistance::new(&source.mesh)?;
-        let sdf = SdfGrid::build(&distance, resolution, PAPER_PADDING, progress)?;
+        let sampling = SdfSampling::exact(resolution, PAPER_PADDING);
+        let sdf = match &cache {
+            Some(cache) => SdfGrid::sample_cached(&distance, &sampling, cache, progress)?,
+            None => SdfGrid::sample(&distance, &sampling, progress)?,
+        };
         let mass = MassProperties::new(&source.mesh, density, &source.label())?;
         let simulated = SimulatedObject::new(sdf, mass.mass, mass.center_of_mass, mass.inertia)?;
         Ok(Self {
             source,
             distance,
             simulated,
+            cache,
         })
     }
 }

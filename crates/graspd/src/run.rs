@@ -137,7 +137,7 @@ pub fn synthesize_grasps(
 ) -> Result<Vec<Grasp>, GraspError> {
     settings.validate()?;
     run.validate()?;
-    let judged = ObjectUnderTest::new(&object.source.mesh)?;
+    let judged = ObjectUnderTest::new(&object.source.mesh)?.with_cache(object.cache.clone());
     let mut grasps = (0..run.count)
         .into_par_iter()
         .map(|index| one_grasp(object, &judged, hand, settings, run, index, observer))

@@ -12,6 +12,7 @@ use graspd_hand::HandPose;
 use rayon::prelude::*;
 use serde::Serialize;
 
+use super::cache::CacheChoice;
 use super::input::on_threads;
 use super::output::prepare_file;
 use super::subject::{hand_of, object_of, poses_of};
@@ -44,6 +45,8 @@ pub(crate) struct Arguments {
     /// Print the summary and the grasps as JSON instead of a table
     #[arg(long)]
     json: bool,
+    #[command(flatten)]
+    cache: CacheChoice,
     /// No progress and no warnings
     #[arg(long, short)]
     quiet: bool,
@@ -84,7 +87,9 @@ fn judge(arguments: &Arguments) -> Result<()> {
         metrics: arguments.metrics,
         ..EvaluationSettings::default()
     };
+    let cache = arguments.cache.open();
     let object = ObjectUnderTest::new(&source.mesh).with_context(|| source.label())?;
+    let object = object.with_cache(cache.clone());
 
     if arguments.object.is_some() || arguments.scale.is_some() {
         // The records now speak of this object: the metrics are against it.
@@ -112,6 +117,7 @@ fn judge(arguments: &Arguments) -> Result<()> {
             Ok(())
         })?;
     progress.finish();
+    CacheChoice::tell_fault(cache.as_ref(), quiet);
     if arguments.metrics.displacement {
         rank_by_displacement(&mut records);
     }

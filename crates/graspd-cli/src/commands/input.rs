@@ -4,7 +4,7 @@ use std::ops::RangeInclusive;
 
 use anyhow::{Context, Result, bail};
 use graspd::{GraspObject, NamedMesh};
-use graspd_geom::{Quaternion, Vec3};
+use graspd_geom::{DiskCache, Quaternion, Vec3};
 use graspd_hand::{Hand, HandPose, load_hand};
 
 use crate::console::warn;
@@ -84,11 +84,12 @@ pub(crate) fn prepare_object(
     source: NamedMesh,
     resolution: usize,
     density: f64,
+    cache: Option<DiskCache>,
     quiet: bool,
 ) -> Result<GraspObject> {
     let title = format!("signed distance, {resolution}^3");
     let progress = Progress::start(&title, 1000, quiet);
-    let object = GraspObject::prepare(source, resolution, density, &|fraction| {
+    let object = GraspObject::prepare_cached(source, resolution, density, cache, &|fraction| {
         progress.set((1000.0 * fraction) as u64);
     })?;
     progress.finish();

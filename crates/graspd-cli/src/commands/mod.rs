@@ -1,5 +1,6 @@
 //! One file for each command.
 
+pub(crate) mod cache;
 pub(crate) mod eval;
 pub(crate) mod hands;
 pub(crate) mod input;

@@ -7,8 +7,9 @@ use anyhow::{Context, Result, bail};
 use clap::Args;
 use clap::builder::NonEmptyStringValueParser;
 use graspd::{PAPER_PADDING, PAPER_RESOLUTION, write_atomically};
-use graspd_geom::{SdfGrid, SignedDistance};
+use graspd_geom::{SdfGrid, SdfSampling, SignedDistance};
 
+use super::cache::CacheChoice;
 use super::input::{check_resolution, load_object, on_threads};
 use super::output::prepare_file;
 use crate::console::{print, print_json};
@@ -25,6 +26,9 @@ pub(crate) struct Arguments {
     /// Distance by which the grid reaches beyond the mesh's bounding box [m]
     #[arg(long, default_value_t = PAPER_PADDING, allow_negative_numbers = true)]
     padding: f64,
+    /// Exact only up to this distance from the surface [m], 0.02 for example; beyond, never larger than the distance
+    #[arg(long, value_name = "METRES", allow_negative_numbers = true)]
+    band: Option<f64>,
     /// Multiplies the object's coordinates
     #[arg(long, default_value_t = 1.0, allow_negative_numbers = true)]
     scale: f64,
@@ -37,6 +41,8 @@ pub(crate) struct Arguments {
     /// Print what was written as JSON
     #[arg(long)]
     json: bool,
+    #[command(flatten)]
+    cache: CacheChoice,
     /// No progress and no warnings
     #[arg(long, short)]
     quiet: bool,
@@ -48,11 +54,15 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
 
 fn build(arguments: &Arguments) -> Result<()> {
     check_resolution(arguments.resolution)?;
-    if !(arguments.padding.is_finite() && arguments.padding >= 0.0) {
-        bail!(
-            "--padding is {}; it must be a length in metres, 0 or more",
-            arguments.padding
-        );
+    for (flag, length) in [
+        ("--padding", Some(arguments.padding)),
+        ("--band", arguments.band),
+    ] {
+        if let Some(length) = length
+            && !(length.is_finite() && length >= 0.0)
+        {
+            bail!("{flag} is {length}; it must be a length in metres, 0 or more");
+        }
     }
     let object = load_object(&arguments.object, arguments.scale, arguments.quiet)?;
     let output = arguments
@@ -64,13 +74,19 @@ fn build(arguments: &Arguments) -> Result<()> {
     let title = format!("signed distance, {}^3", arguments.resolution);
     let progress = Progress::start(&title, 1000, arguments.quiet);
     let distance = SignedDistance::new(&object.mesh).with_context(|| arguments.object.clone())?;
-    let grid = SdfGrid::build(
-        &distance,
-        arguments.resolution,
-        arguments.padding,
-        &|fraction| progress.set((1000.0 * fraction) as u64),
-    )?;
+    let sampling = SdfSampling {
+        resolution: arguments.resolution,
+        padding: arguments.padding,
+        band: arguments.band,
+    };
+    let advance = |fraction: f64| progress.set((1000.0 * fraction) as u64);
+    let cache = arguments.cache.open();
+    let grid = match &cache {
+        Some(cache) => SdfGrid::sample_cached(&distance, &sampling, cache, &advance)?,
+        None => SdfGrid::sample(&distance, &sampling, &advance)?,
+    };
     progress.finish();
+    CacheChoice::tell_fault(cache.as_ref(), arguments.quiet);
     let seconds = started.elapsed().as_secs_f64();
     write_atomically(&output, &npz(&grid)?)?;
 

@@ -17,6 +17,7 @@ use graspd_eval::EvaluationSettings;
 use graspd_hand::Hand;
 use serde::Serialize;
 
+use super::cache::CacheChoice;
 use super::input::{check_resolution, load_hand_to_scale, load_object, on_threads, prepare_object};
 use super::output::{
     Machine, RunDescription, prepare_file, prepare_folder, remove_leftovers, write_meshes,
@@ -81,6 +82,8 @@ pub(crate) struct Arguments {
     /// Print the summary and the grasps as JSON instead of a table
     #[arg(long)]
     json: bool,
+    #[command(flatten)]
+    cache: CacheChoice,
     /// No progress and no warnings
     #[arg(long, short)]
     quiet: bool,
@@ -116,12 +119,15 @@ fn synthesize(arguments: &Arguments) -> Result<()> {
     }
 
     let started = Instant::now();
-    let object = prepare_object(source, arguments.resolution, settings.density, quiet)?;
+    let cache = arguments.cache.open();
+    let (resolution, density) = (arguments.resolution, settings.density);
+    let object = prepare_object(source, resolution, density, cache.clone(), quiet)?;
     let preparation = started.elapsed().as_secs_f64();
 
     let started = Instant::now();
     let mut grasps = synthesize_with_progress(&object, hand.as_ref(), &settings, &run, quiet)?;
     let synthesis = started.elapsed().as_secs_f64();
+    CacheChoice::tell_fault(cache.as_ref(), quiet);
 
     let all: Vec<GraspRecord> = grasps.iter().map(|g| g.record.clone()).collect();
     let summary = Summary::of(&all);

@@ -5,6 +5,7 @@ mod bad_objects;
 mod bad_outputs;
 mod bad_records;
 mod bad_settings;
+mod cache;
 mod determinism;
 mod distance_grid;
 mod judging;

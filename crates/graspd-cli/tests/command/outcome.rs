@@ -16,6 +16,9 @@ pub(crate) struct Outcome {
 pub(crate) fn command<A: AsRef<OsStr>>(arguments: impl IntoIterator<Item = A>) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_graspd"));
     command.args(arguments).env("RUST_BACKTRACE", "1");
+    // Not the user's, and the same for all tests: it must make no difference.
+    let cache = Path::new(env!("CARGO_TARGET_TMPDIR")).join("graspd-cache");
+    command.env("GRASPD_CACHE_DIR", cache);
     command
 }
 

@@ -12,6 +12,7 @@ use std::path::Path;
 
 use crate::{GeometryError, TriangleMesh};
 
+pub(crate) use save::temporary_beside;
 pub use save::{save_mesh, save_obj, save_off, save_stl};
 
 /// The extensions that [`load_mesh`] knows.

@@ -5,10 +5,11 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use graspd_ad::{Kernel, Real, vectorize};
 use rayon::prelude::*;
 
-use super::SdfGrid;
-use super::grid::{allocate, check_dims, node};
+use super::band::CoarseCells;
+use super::grid::{allocate, node};
 use super::rows::Rows;
 use super::tiles::BLOCK_SIDES;
+use super::{SdfGrid, SdfSampling};
 use crate::distance::{PACKET, PacketSearch, SignedDistance, Slack};
 use crate::{GeometryError, Vec3};
 
@@ -32,12 +33,25 @@ impl SdfGrid {
         padding: f64,
         progress: &(dyn Fn(f64) + Sync),
     ) -> Result<Self, GeometryError> {
+        Self::sample(surface, &SdfSampling::exact(resolution, padding), progress)
+    }
+
+    /// As [`SdfGrid::build`], or exact near the surface only, as `sampling` says.
+    ///
+    /// # Errors
+    /// As [`SdfGrid::build`], and a band that is negative or not finite.
+    pub fn sample(
+        surface: &SignedDistance,
+        sampling: &SdfSampling,
+        progress: &(dyn Fn(f64) + Sync),
+    ) -> Result<Self, GeometryError> {
+        let SdfSampling {
+            resolution,
+            padding,
+            band,
+        } = *sampling;
+        sampling.validate()?;
         let dims = [resolution; 3];
-        check_dims(dims)?;
-        if !(padding >= 0.0 && padding.is_finite()) {
-            let what = format!("the padding is {padding}");
-            return Err(GeometryError::GridExtent { what });
-        }
         let (low, high) = surface.bounds();
         let origin = Vec3::new(low.x - padding, low.y - padding, low.z - padding);
         let steps = (resolution - 1) as f64;
@@ -56,6 +70,7 @@ impl SdfGrid {
             spacing,
             tiles: allocate(dims)?,
         };
+        let coarse = band.map(|band| CoarseCells::new(surface, &grid, band));
         let map = grid.tiles.map();
         let done = AtomicUsize::new(0);
         let thickness = BLOCK_SIDES[2];
@@ -74,8 +89,8 @@ impl SdfGrid {
                         ny: resolution,
                         layers,
                     };
-                    for ([i, j, k], value) in rows.indices().zip(signed_rows(surface, rows, slack))
-                    {
+                    let values = signed_rows(surface, rows, slack, coarse.as_ref());
+                    for ([i, j, k], value) in rows.indices().zip(values) {
                         places[map.place([i, j, k - slab.start])] = value;
                     }
                 }
@@ -87,12 +102,21 @@ impl SdfGrid {
 }
 
 /// Signed distances at all nodes of one or two layers, x fastest.
-fn signed_rows(surface: &SignedDistance, rows: Rows, slack: Slack) -> impl Iterator<Item = f32> {
-    let distances = vectorize(Distances {
+fn signed_rows(
+    surface: &SignedDistance,
+    rows: Rows,
+    slack: Slack,
+    coarse: Option<&CoarseCells>,
+) -> impl Iterator<Item = f32> {
+    let mut distances = vectorize(Distances {
         surface,
         rows,
         slack,
+        coarse,
     });
+    if let Some(coarse) = coarse {
+        coarse.fill_far(rows, &mut distances);
+    }
     let winding = rows.winding_numbers(surface.tree().corners());
     let sign = |(distance, winding): (f32, i32)| {
         if winding > 0 && distance > 0.0 {
@@ -104,11 +128,12 @@ fn signed_rows(surface: &SignedDistance, rows: Rows, slack: Slack) -> impl Itera
     distances.into_iter().zip(winding).map(sign)
 }
 
-/// Unsigned distances at all nodes of one or two layers.
+/// Unsigned distances at all nodes of one or two layers, or at those of near cells only; 0 at the others.
 struct Distances<'a> {
     surface: &'a SignedDistance,
     rows: Rows,
     slack: Slack,
+    coarse: Option<&'a CoarseCells>,
 }
 
 impl Kernel for Distances<'_> {
@@ -120,6 +145,7 @@ impl Kernel for Distances<'_> {
             surface,
             rows,
             slack,
+            coarse,
         } = self;
         let Rows {
             origin,
@@ -147,6 +173,9 @@ impl Kernel for Distances<'_> {
                         (layers.0 + lane / 4).min(last[2]),
                     ]
                 };
+                if coarse.is_some_and(|coarse| coarse.are_far(index(0), index(PACKET - 1))) {
+                    continue;
+                }
                 let mut points = [[0.0; PACKET]; 3];
                 for lane in 0..PACKET {
                     let p = node(origin, spacing, index(lane));
@@ -188,6 +217,7 @@ mod tests {
                 .tree()
                 .slack_within(&[-1.0; 3].into(), &[1.0; 3].into())
                 .unwrap(),
+            coarse: None,
         };
         assert_eq!(kernel().run::<Lanes>(), vectorize(kernel()));
     }
