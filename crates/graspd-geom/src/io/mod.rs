@@ -1,6 +1,7 @@
 //! Mesh files: which reader or writer serves which extension.
 
 mod assemble;
+mod dae;
 mod obj;
 mod off;
 mod ply;
@@ -16,7 +17,7 @@ pub(crate) use save::temporary_beside;
 pub use save::{save_mesh, save_obj, save_off, save_stl};
 
 /// The extensions that [`load_mesh`] knows.
-const READABLE: &str = ".obj, .stl, .ply, .off";
+const READABLE: &str = ".obj, .stl, .ply, .off, .dae";
 
 /// Reads a triangle mesh; the format follows from the extension, whose case does not matter.
 ///
@@ -25,6 +26,7 @@ const READABLE: &str = ".obj, .stl, .ply, .off";
 /// * STL, binary or text, in single precision: corners at the same position become one vertex.
 /// * PLY, binary or text: the elements `vertex` and `face`.
 /// * OFF, also COFF, NOFF and the like: colours and normals are ignored.
+/// * COLLADA: what its scene shows, as one mesh, turned to z up and converted to metres as the file itself says.
 ///
 /// Polygons are triangulated, faces with a repeated vertex are dropped, vertices without faces are kept.
 /// Coordinates are taken as they are, in metres by convention.
@@ -38,6 +40,7 @@ pub fn load_mesh(path: impl AsRef<Path>) -> Result<TriangleMesh, GeometryError> 
         "stl" => stl::read,
         "ply" => ply::read,
         "off" => off::read,
+        "dae" => dae::read,
         _ => return Err(unsupported(path, READABLE)),
     };
     read(&file_bytes(path)?, path)
