@@ -6,6 +6,7 @@ use graspd_geom::{Rigid, SignedDistance, TriangleMesh, Vec3};
 use nalgebra::Isometry3;
 
 use crate::contact_points::{self, SurfacePoint};
+use crate::mirroring::{Reflection, mirrored_name};
 use crate::part::Part;
 use crate::self_collision::{self, Sphere};
 use crate::{
@@ -164,6 +165,53 @@ impl ArticulatedHand {
         hand
     }
 
+    /// The mirror image: kinematics, meshes, contact points, spheres and palm reflected at the plane of the palm's
+    /// normal and finger direction. Joints keep their names, limits and the sense in which they close.
+    pub fn mirrored(&self) -> Self {
+        let reflection = Reflection::across(&self.description.palm);
+        let reflected = |points: &PointBuffer<f64>| {
+            let mut mirrored = points.clone();
+            reflection.points(points, &mut mirrored);
+            mirrored
+        };
+        let local_points = reflected(&self.local_points);
+        let mut local_points_f32 = self.local_points_f32.clone();
+        for index in 0..local_points.len() {
+            local_points_f32.set(index, local_points.get(index));
+        }
+        let description = &self.description;
+        let mirrored_part = |part: &Part| Part {
+            body: part.body,
+            mesh: reflection.mesh(&part.mesh),
+        };
+        Self {
+            description: HandDescription {
+                name: mirrored_name(&description.name),
+                tree: description.tree.mirrored(reflection),
+                parts: description.parts.iter().map(mirrored_part).collect(),
+                palm: reflection.palm(&description.palm),
+                ..description.clone()
+            },
+            local_points,
+            local_points_f32,
+            local_normals: reflected(&self.local_normals),
+            sphere_centers: (self.sphere_centers.iter())
+                .map(|center| reflection.vector(*center))
+                .collect(),
+            ..self.clone()
+        }
+    }
+
+    /// Leaves out the pairs of spheres of two bodies, which then may overlap.
+    pub(crate) fn allow_overlap(&mut self, a: usize, b: usize) {
+        let bodies = &self.spheres.body;
+        let of = |sphere: u32| bodies[sphere as usize] as usize;
+        self.spheres.pairs.retain(|&[s, t]| {
+            let pair = [of(s), of(t)];
+            pair != [a, b] && pair != [b, a]
+        });
+    }
+
     /// The links and joints.
     pub fn tree(&self) -> &KinematicTree {
         &self.description.tree
@@ -241,13 +289,16 @@ impl Hand for ArticulatedHand {
     fn notes(&self) -> &[String] {
         &self.description.notes
     }
+    fn followers(&self) -> Vec<String> {
+        self.tree().followers()
+    }
     fn new_scratch(&self) -> HandScratch {
         let bodies = self.tree().body_count();
         HandScratch {
             body_poses: vec![Rigid::identity(); bodies],
             forces: vec![Vec3::zero(); bodies],
             torques: vec![Vec3::zero(); bodies],
-            skinned: None,
+            ..HandScratch::default()
         }
     }
 }

@@ -157,7 +157,7 @@ pub enum HandError {
         size: String,
     },
     /// A mesh file that was not found.
-    #[error("link `{link}` needs mesh `{mesh}`, which was not found (looked in {}); put it there or name its folder in `search_paths`", looked_in.join(", "))]
+    #[error("link `{link}` needs mesh `{mesh}`, which was not found (looked in {}); put it there, or name the folder that it or its package is in with --package-path (`search_paths` in programs, `package_paths` in the .toml beside the URDF)", looked_in.join(", "))]
     MissingMesh {
         /// The link.
         link: String,
@@ -221,6 +221,14 @@ pub enum HandError {
         /// The array, as MANO's files name it.
         array: &'static str,
         /// What is wrong with it, and what is expected.
+        fault: String,
+    },
+    /// Something wrong in the settings beside a URDF.
+    #[error("{}: {fault}", file.display())]
+    BadSettings {
+        /// The settings file.
+        file: PathBuf,
+        /// What is wrong and what to do.
         fault: String,
     },
     /// An option out of its range.

@@ -4,6 +4,8 @@ use graspd_ad::Element;
 use graspd_geom::{Quaternion, TriangleMesh, Vec3};
 use nalgebra::{Point3, Vector3};
 
+use crate::mirroring::Reflected;
+
 /// Where a hand is: its base in the object frame, and its articulation.
 #[derive(Clone, Debug, PartialEq)]
 pub struct HandPose {
@@ -149,6 +151,9 @@ pub struct HandScratch {
     pub(crate) torques: Vec<Vec3<f64>>,
     /// What a skinned hand keeps.
     pub(crate) skinned: Option<Box<crate::mano::SkinnedScratch>>,
+    /// Copies that a mirrored hand hands to its original.
+    pub(crate) reflected_f32: Reflected<f32>,
+    pub(crate) reflected_f64: Reflected<f64>,
 }
 
 /// Positions of a hand's points as a function of its pose, and the transpose of that function's Jacobian, in
@@ -211,6 +216,10 @@ pub trait Hand: Kinematics<f32> + Kinematics<f64> + Send + Sync {
     /// hands.
     fn mano_shape(&self) -> Option<&[f64]> {
         None
+    }
+    /// The joints that follow others, one phrase each, such as `joint of b = 0.333 a`.
+    fn followers(&self) -> Vec<String> {
+        Vec::new()
     }
     /// Working memory for one worker.
     fn new_scratch(&self) -> HandScratch;

@@ -34,7 +34,9 @@
 mod allegro;
 mod articulated;
 mod articulated_kinematics;
+mod barrett;
 mod builtin;
+mod closing;
 
 mod contact_points;
 mod encounters;
@@ -42,11 +44,14 @@ mod error;
 mod hand;
 mod human;
 mod joint;
+mod leap;
 mod limits;
 mod mano;
+mod mirroring;
 mod outline;
 mod palm;
 mod part;
+mod primitive_hand;
 mod ridges;
 mod self_collision;
 mod tree;
@@ -54,7 +59,12 @@ mod urdf;
 
 pub use allegro::allegro;
 pub use articulated::{ArticulatedHand, HandDescription, HandOptions};
-pub use builtin::{BUILTIN_HANDS, BuiltinHand, builtin_hand, load_hand, load_hand_with};
+pub use barrett::barrett;
+pub use builtin::{
+    BUILTIN_HANDS, BuiltinHand, LoadOptions, builtin_hand, load_hand, load_hand_from,
+    load_hand_with,
+};
+pub use closing::{closed_articulation, closing_directions};
 pub use error::HandError;
 pub use hand::{
     CollisionSpheres, ContactPoints, Hand, HandPose, HandScratch, Kinematics, Limit, POINT_PADDING,
@@ -62,12 +72,14 @@ pub use hand::{
 };
 pub use human::{HUMAN_SHAPE_NAMES, HumanPoseSpace, human, human_model};
 pub use joint::{Joint, JointKind, Mimic};
+pub use leap::leap;
 pub use limits::{clamp_to_limits, middle_of_limits};
 pub use mano::{
     JointPlacement, POSE_FEATURES, POSE_VALUES, SKINNED_JOINT_NAMES, SKINNED_JOINT_PARENTS,
     SKINNED_JOINTS, SkinnedHand, SkinnedHandOptions, SkinnedModel, load_skinned_hand,
     load_skinned_model, parse_skinned_model,
 };
+pub use mirroring::MirroredHand;
 pub use part::Part;
 pub use tree::{KinematicTree, LinkFrame};
 pub use urdf::{UrdfOptions, load_urdf};

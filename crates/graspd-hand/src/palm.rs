@@ -3,16 +3,98 @@
 use graspd_geom::{Rigid, Vec3};
 use nalgebra::{Point3, Vector3};
 
+use crate::closing;
 use crate::part::Part;
 use crate::{KinematicTree, PalmFrame};
 
 /// Movement of the finger tips out of their own direction below which no side counts as the palm's \[m\].
 const LEAST_MOVEMENT: f64 = 1e-6;
 
-/// The open hand: every joint at the allowed value that is nearest to 0, where URDFs of hands have their fingers
-/// straight.
-pub(crate) fn open_articulation(tree: &KinematicTree) -> Vec<f64> {
-    tree.limits().iter().map(|limit| limit.clamp(0.0)).collect()
+/// Fingers whose closing movements add up to less than this share of their lengths close against each other, as
+/// grippers do, and not towards a palm.
+const PINCHING: f64 = 0.3;
+/// A joint at rest is taken to be closed if this share of the movement to its other limit leads away from the focus.
+const OPENING_SHARE: f64 = 0.3;
+/// Vertices of a part that stand for it where directions are all that counts.
+const VERTICES_PER_PART: usize = 24;
+
+/// The open hand and the palm, from the kinematics alone; says in `notes` what had to be guessed.
+///
+/// Descriptions of hands have 0 where fingers are straight, so every joint starts at 0. Two kinds of joint do not stay
+/// there: one at whose rest the hand is closed (it is at a limit, and going to the other leads away from what
+/// the fingers close around), which opens to the other limit; and one that cannot reach 0, which opens to its middle.
+pub(crate) fn open_and_palm(
+    tree: &KinematicTree,
+    parts: &[Part],
+    notes: &mut Vec<String>,
+) -> (Vec<f64>, PalmFrame) {
+    let rest: Vec<f64> = tree.limits().iter().map(|limit| limit.clamp(0.0)).collect();
+    let mut open = rest.clone();
+    let palm = palm_frame(tree, parts, &rest, &mut Vec::new());
+    let samples = samples(parts);
+    let at_rest = positions(tree, &samples, &rest);
+    let on_fingers = samples.iter().map(|(body, _)| *body != 0);
+    let fingers: Vec<Point3<f64>> = (at_rest.iter().zip(on_fingers))
+        .filter_map(|(point, is_finger)| is_finger.then_some(*point))
+        .collect();
+    let focus = closing::focus(&palm, &fingers);
+    for (joint, limit) in tree.limits().iter().enumerate() {
+        let other_end = if rest[joint] == limit.lower {
+            limit.upper
+        } else if rest[joint] == limit.upper {
+            limit.lower
+        } else {
+            continue;
+        };
+        let name = &tree.articulation_names()[joint];
+        let mut opened = rest.clone();
+        opened[joint] = other_end;
+        let is_finite = other_end.is_finite();
+        let leads_away = is_finite && {
+            let moved = positions(tree, &samples, &opened);
+            closing::share_towards(&at_rest, &moved, focus) < -OPENING_SHARE
+        };
+        if leads_away {
+            open[joint] = other_end;
+            notes.push(format!(
+                "joint `{name}` is closed at {}: {other_end} is taken for open",
+                rest[joint]
+            ));
+        } else if rest[joint] != 0.0 && is_finite {
+            open[joint] = limit.middle();
+        }
+    }
+    let palm = palm_frame(tree, parts, &open, notes);
+    (open, palm)
+}
+
+/// A few vertices of each part, with their bodies.
+fn samples(parts: &[Part]) -> Vec<(usize, Point3<f64>)> {
+    let few = |part: &Part| {
+        let vertices = &part.mesh.vertices;
+        let step = vertices.len().div_ceil(VERTICES_PER_PART).max(1);
+        let chosen = vertices.iter().step_by(step);
+        chosen
+            .map(|vertex| (part.body, *vertex))
+            .collect::<Vec<_>>()
+    };
+    parts.iter().flat_map(few).collect()
+}
+
+fn positions(
+    tree: &KinematicTree,
+    samples: &[(usize, Point3<f64>)],
+    articulation: &[f64],
+) -> Vec<Point3<f64>> {
+    let poses = posed(tree, articulation);
+    let place = |(body, point): &(usize, Point3<f64>)| poses[*body].apply((*point).into()).into();
+    samples.iter().map(place).collect()
+}
+
+fn posed(tree: &KinematicTree, articulation: &[f64]) -> Vec<Rigid<f64>> {
+    let mut poses = vec![Rigid::identity(); tree.body_count()];
+    tree.forward(&Rigid::identity(), articulation, &mut poses);
+    poses
 }
 
 /// Descriptions align the base with the palm; directions this near to an axis of the base are taken to be it.
@@ -30,7 +112,9 @@ struct Finger {
 ///
 /// * The normal is the direction in which the finger tips move, on average, when all joints go from the open hand to
 ///   the middle of their ranges, leaving out each finger's movement along its own outstretched direction.
-/// * The finger direction is that of the finger most like all others (so a thumb has no say), made orthogonal to the
+/// * A single finger, or fingers that close against each other so that their movements cancel, have no such side: the
+///   normal is then the fingers' mean direction, and their "finger direction" the one in which they close.
+/// * The finger direction is otherwise that of the finger most like all others (so a thumb has no say), made orthogonal to the
 ///   normal.
 /// * Both are turned to the nearest axis of the base where that is within 15 degrees.
 /// * The center is where the ray along the normal from the middle of the base's surface leaves the base.
@@ -42,6 +126,14 @@ pub(crate) fn palm_frame(
 ) -> PalmFrame {
     let fingers = fingers(tree, parts, open);
     let closing: Vector3<f64> = fingers.iter().map(|finger| finger.closing).sum();
+    let movement: f64 = fingers.iter().map(|finger| finger.closing.norm()).sum();
+    let is_pinching = fingers.len() < 2 || closing.norm() < PINCHING * movement;
+    if is_pinching && let Some(palm) = pinching_palm(parts, &fingers) {
+        notes.push(
+            "the fingers close against each other and not towards a palm: it is taken to face along them".into(),
+        );
+        return palm;
+    }
     let normal = closing.try_normalize(LEAST_MOVEMENT).unwrap_or_else(|| {
         notes.push("no side towards which the fingers close was found: +z is taken".into());
         Vector3::z()
@@ -77,6 +169,21 @@ pub(crate) fn palm_frame(
     }
 }
 
+/// The palm of a gripper: it faces where the fingers point, and they close along its `fingers`.
+fn pinching_palm(parts: &[Part], fingers: &[Finger]) -> Option<PalmFrame> {
+    let along: Vector3<f64> = fingers.iter().map(|finger| finger.direction).sum();
+    let normal = aligned(along.try_normalize(LEAST_MOVEMENT)?);
+    let most_moved = fingers
+        .iter()
+        .max_by(|a, b| a.closing.norm().total_cmp(&b.closing.norm()))?;
+    let across = most_moved.closing - normal * normal.dot(&most_moved.closing);
+    Some(PalmFrame {
+        center: palm_center(parts, normal),
+        normal,
+        fingers: across.try_normalize(LEAST_MOVEMENT)?,
+    })
+}
+
 /// The axis of the base that a unit vector is nearest to, if it is near.
 fn aligned(direction: Vector3<f64>) -> Vector3<f64> {
     let axis = direction.iamax();
@@ -88,14 +195,9 @@ fn aligned(direction: Vector3<f64>) -> Vector3<f64> {
 
 fn fingers(tree: &KinematicTree, parts: &[Part], open: &[f64]) -> Vec<Finger> {
     let bodies = tree.body_count();
-    let posed = |articulation: &[f64]| {
-        let mut poses = vec![Rigid::identity(); bodies];
-        tree.forward(&Rigid::identity(), articulation, &mut poses);
-        poses
-    };
-    let open_poses = posed(open);
+    let open_poses = posed(tree, open);
     let middle: Vec<f64> = tree.limits().iter().map(crate::Limit::middle).collect();
-    let middle_poses = posed(&middle);
+    let middle_poses = posed(tree, &middle);
     let is_leaf = |body: usize| (1..bodies).all(|other| tree.parent(other) != Some(body));
     (1..bodies)
         .filter(|&body| is_leaf(body))

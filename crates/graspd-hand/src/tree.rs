@@ -6,6 +6,7 @@ use graspd_ad::Real;
 use graspd_geom::{Mat3, Rigid, Vec3};
 
 use crate::joint::{check_numbers, followed, limit_of, order_from_root};
+use crate::mirroring::Reflection;
 use crate::{HandError, Joint, JointKind, Limit, PoseGradient};
 
 /// Where a link is: rigidly placed in one of the tree's bodies.
@@ -32,6 +33,8 @@ struct Body {
     parameter: usize,
     multiplier: f64,
     offset: f64,
+    /// Whether the joint mimics another.
+    follows: bool,
 }
 
 /// A tree of rigid bodies joined by revolute, continuous and prismatic joints.
@@ -109,6 +112,7 @@ impl KinematicTree {
                     parameter,
                     multiplier,
                     offset,
+                    follows: source != index,
                 });
                 LinkFrame {
                     name: joint.child.clone(),
@@ -206,6 +210,49 @@ impl KinematicTree {
         }
         gradient.translation = forces[0];
         gradient.rotation = torques[0];
+    }
+
+    /// The tree on the other side of a mirror: the same values of the joints give the mirror image.
+    pub(crate) fn mirrored(&self, reflection: Reflection) -> Self {
+        let mut tree = self.clone();
+        for body in &mut tree.bodies {
+            body.origin = reflection.rigid(&body.origin);
+            // S exp(a theta) S = exp(-S a theta), but shifts go along S a.
+            body.axis = if body.slides {
+                reflection.vector(body.axis)
+            } else {
+                reflection.axial(body.axis)
+            };
+        }
+        for link in &mut tree.links {
+            link.placement = reflection.rigid(&link.placement);
+        }
+        tree
+    }
+
+    /// The joints that follow others, one phrase each.
+    pub(crate) fn followers(&self) -> Vec<String> {
+        let following = self.bodies.iter().zip(&self.body_names[1..]);
+        following
+            .filter(|(body, _)| body.follows)
+            .map(|(body, name)| {
+                let followed = &self.articulation_names[body.parameter];
+                let offset = if body.offset == 0.0 {
+                    String::new()
+                } else {
+                    format!(" {:+.4}", body.offset)
+                };
+                format!(
+                    "joint of {name} = {:.4} {followed}{offset}",
+                    body.multiplier
+                )
+            })
+            .collect()
+    }
+
+    /// Replaces the limits of a parameter.
+    pub(crate) fn set_limit(&mut self, parameter: usize, limit: Limit) {
+        self.limits[parameter] = limit;
     }
 
     /// Keeps multiplier * value + offset inside `limit`, unless that would leave nothing.

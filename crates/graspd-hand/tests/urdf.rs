@@ -159,9 +159,11 @@ fn meshes_are_found_scaled_mended_and_replaced() {
     }
     assert_eq!(hand.parts().len(), 3);
     let notes = hand.notes();
-    assert_eq!(notes.len(), 2, "{notes:?}");
+    assert_eq!(notes.len(), 3, "{notes:?}");
     assert!(notes[0].contains("`b`") && notes[0].contains("visual"));
     assert!(notes[1].contains("`c`") && notes[1].contains("bounding box"));
+    // One finger has no palm to close towards.
+    assert!(notes[2].contains("palm"));
 }
 
 #[test]

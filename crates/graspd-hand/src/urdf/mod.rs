@@ -1,5 +1,6 @@
 //! Hands from URDF files.
 
+mod beside;
 mod geometry;
 mod mesh_files;
 mod xml;
@@ -9,11 +10,12 @@ use std::path::{Path, PathBuf};
 use graspd_geom::{Quaternion, Rigid};
 use nalgebra::UnitQuaternion;
 
-use crate::palm::{open_articulation, palm_frame};
+use crate::palm::open_and_palm;
 use crate::{
     ArticulatedHand, HandDescription, HandError, HandOptions, Joint, JointKind, KinematicTree,
     Limit, Mimic,
 };
+use beside::Beside;
 use geometry::GeometryReader;
 
 /// Larger files are no hands \[bytes\].
@@ -36,8 +38,28 @@ pub struct UrdfOptions {
 /// * Shape: the collision geometry of each link, or its visual geometry where it has no collision geometry or where
 ///   a collision mesh has holes and the visual ones have none. A mesh with holes that nothing can stand in for is
 ///   replaced by its bounding box; [`Hand::notes`](crate::Hand::notes) tells.
-/// * Open pose and palm frame, which URDF has no words for, follow from the kinematics: every joint is as near to 0
-///   as it may be, and the palm faces where the finger tips move when all joints go to the middle of their ranges.
+/// * Open pose and palm frame, which URDF has no words for, follow from the kinematics: every joint is at 0, or in
+///   its middle if it cannot get there, or at its other limit if it is closed at 0; the palm faces where the finger tips
+///   move when all joints go to the middle of their ranges.
+/// * `hand.toml` beside `hand.urdf`, if there is one, overrides any of this. All its keys may be left out:
+///
+///   ```toml
+///   name = "my_hand"
+///   package_paths = ["../meshes"]      # from this file's folder
+///   [palm]                             # in the frame of the root link
+///   center_m = [0.01, 0.0, 0.0]
+///   normal = [1.0, 0.0, 0.0]           # out of the palm; any length
+///   fingers = [0.0, 0.0, 1.0]          # where the fingers point; made orthogonal to the normal
+///   [open]                             # joint = value [rad or m]
+///   thumb_base = 0.8
+///   [limits]                           # joint = [lower, upper]
+///   thumb_base = [0.2, 1.4]
+///   [contacts]
+///   count = 3000
+///   [self_collision]
+///   spheres = 80                       # 0 switches it off
+///   allow = [["thumb_tip", "palm"]]    # links that may overlap
+///   ```
 ///
 /// Inertias, materials, transmissions, and anything else that does not bear on kinematics or shape, are not read.
 ///
@@ -83,9 +105,11 @@ fn hand_from_text(
         .map_err(|error| HandError::NotUrdf(one_line(&error.to_string())))?;
     let links: Vec<String> = robot.links.iter().map(|link| link.name.clone()).collect();
     let joints = robot.joints.iter().map(joint);
-    let tree = KinematicTree::new(&links, &joints.collect::<Result<Vec<_>, _>>()?)?;
+    let mut tree = KinematicTree::new(&links, &joints.collect::<Result<Vec<_>, _>>()?)?;
+    let said = Beside::read(path)?;
+    said.limit(&mut tree)?;
 
-    let mut reader = GeometryReader::new(path, &options.search_paths);
+    let mut reader = GeometryReader::new(path, &said.search_paths(&options.search_paths));
     let mut parts = Vec::new();
     for link in &robot.links {
         let frame = tree.links().iter().find(|frame| frame.name == link.name);
@@ -105,15 +129,19 @@ fn hand_from_text(
             ));
         }
     }
-    let open = open_articulation(&tree);
-    let palm = palm_frame(&tree, &parts, &open, &mut notes);
+    let (mut open, mut palm) = open_and_palm(&tree, &parts, &mut notes);
+    said.open(&tree, &mut open)?;
+    said.palm(&mut palm)?;
+    notes.extend(said.note());
     let file_stem = || {
         path.file_stem()
             .unwrap_or_default()
             .to_string_lossy()
             .into_owned()
     };
-    let name = Some(robot.name).filter(|name| !name.trim().is_empty());
+    let name = said
+        .name()
+        .or(Some(robot.name).filter(|name| !name.trim().is_empty()));
     let description = HandDescription {
         name: name.unwrap_or_else(file_stem),
         tree,
@@ -122,7 +150,9 @@ fn hand_from_text(
         palm,
         notes,
     };
-    ArticulatedHand::new(description, &options.hand)
+    let mut hand = ArticulatedHand::new(description, &said.hand_options(&options.hand))?;
+    said.allow_overlaps(&mut hand)?;
+    Ok(hand)
 }
 
 fn joint(joint: &urdf_rs::Joint) -> Result<Joint, HandError> {

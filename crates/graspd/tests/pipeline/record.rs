@@ -12,7 +12,7 @@ use serde_json::{Value, json};
 use crate::fixtures::bare_record;
 
 /// Every field of a record, in the order that the format gives.
-const FIELDS: [&str; 15] = [
+const FIELDS: [&str; 16] = [
     "schema",
     "object",
     "object_path",
