@@ -1,7 +1,7 @@
 //! Grasp synthesis: starts, the alternating optimisation, evaluation, ranking and records.
 //!
 //! ```
-//! use graspd::{GraspObject, NamedMesh, RunSettings, SynthesisSettings, synthesize_grasps};
+//! use graspd::{ExecutionSettings, GraspObject, NamedMesh, RunSettings, SynthesisSettings, synthesize_grasps};
 //! use graspd_eval::EvaluationSettings;
 //! use graspd_hand::builtin_hand;
 //!
@@ -16,6 +16,7 @@
 //!     seed: 0,
 //!     count: 1,
 //!     trajectory_every: None,
+//!     execution: ExecutionSettings::default(),
 //!     evaluation: EvaluationSettings { metrics: "ca,iv,pd,gws".parse()?, ..EvaluationSettings::default() },
 //! };
 //! for grasp in synthesize_grasps(&object, &*hand, &settings, &run, &())? {
@@ -37,6 +38,7 @@
 //! | [`GraspObject::prepare`] | that mesh | distance grid, mass, inertia |
 //! | [`draw_start`] | seed and index | the open hand before a random point of the surface |
 //! | [`synthesize`] | that pose, [`SynthesisSettings`] | the pose of a grasp, its [`Losses`] |
+//! | [`plan_pre_grasp`], [`plan_squeeze`] | that pose | where to come from, how to hold on |
 //! | [`graspd_eval::evaluate`] | the posed hand's surface | metrics against the true mesh |
 //! | [`rank_by_displacement`] | judged [`GraspRecord`]s | their order |
 //! | [`Summary::of`], [`write_records`] | ranked records | means over the best; a `grasps.jsonl` |
@@ -54,7 +56,9 @@
 //!
 //! Poses map hand-base coordinates into the object's mesh coordinates; lengths are metres.
 
+mod approach;
 mod error;
+mod execution;
 mod object;
 mod preset;
 mod rank;
@@ -66,11 +70,14 @@ mod summary;
 mod synthesis;
 
 pub use error::GraspError;
+pub use execution::{
+    ClosingOrder, ExecutionSettings, PlannedPreGrasp, PlannedSqueeze, plan_pre_grasp, plan_squeeze,
+};
 pub use object::{GraspObject, NamedMesh, PAPER_PADDING, PAPER_RESOLUTION};
 pub use preset::{PRESETS, SynthesisSettings};
 pub use rank::rank_by_displacement;
 pub use record::{
-    GraspRecord, OptimizerRecord, PreGrasp, RecordedPose, SCHEMA, Seconds, named_joints,
+    GraspRecord, OptimizerRecord, PreGrasp, RecordedPose, SCHEMA, Seconds, Squeeze, named_joints,
 };
 pub use record_file::{read_records, write_atomically, write_records};
 pub use run::{Grasp, RunObserver, RunSettings, TrajectoryPoint, draw_start, synthesize_grasps};

@@ -38,6 +38,23 @@ pub struct PreGrasp {
     pub pose: RecordedPose,
     /// Joint positions \[rad or m\] by name.
     pub joints_rad: BTreeMap<String, f64>,
+    /// How to get from there to the grasp: `approach_then_close` (base first, then joints) or `together`.
+    pub order: Option<String>,
+    /// Least signed distance between hand and object there \[m\].
+    pub clearance_m: Option<f64>,
+    /// Whether no way point to the grasp is deeper in the object than the grasp.
+    pub is_free: Option<bool>,
+}
+
+/// What the joints should be told once the hand touches.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Squeeze {
+    /// Where to command position-controlled joints \[rad or m\], by name.
+    pub joints_rad: BTreeMap<String, f64>,
+    /// Torques \[N m\] (forces \[N\] of sliding joints), by name, that press with `force_n` in total.
+    pub torques_nm: Option<BTreeMap<String, f64>>,
+    /// Sum of the sizes of the contact forces \[N\].
+    pub force_n: Option<f64>,
 }
 
 /// Where the optimiser ended.
@@ -100,6 +117,8 @@ pub struct GraspRecord {
     pub mano: Option<serde_json::Value>,
     /// Where the hand should be before it closes.
     pub pre_grasp: Option<PreGrasp>,
+    /// How the joints press on once the hand touches.
+    pub squeeze: Option<Squeeze>,
     /// The judge's findings; `None` before evaluation.
     pub metrics: Option<GraspMetrics>,
     /// How the optimisation ended; `None` for grasps made by others.
@@ -199,6 +218,12 @@ impl GraspRecord {
         if let Some(before) = &self.pre_grasp {
             numbers.extend(of_pose(&before.pose));
             numbers.extend(before.joints_rad.values());
+            numbers.extend(before.clearance_m);
+        }
+        if let Some(after) = &self.squeeze {
+            numbers.extend(after.joints_rad.values());
+            numbers.extend(after.torques_nm.iter().flat_map(BTreeMap::values));
+            numbers.extend(after.force_n);
         }
         if let Some(end) = &self.optimizer {
             numbers.extend([

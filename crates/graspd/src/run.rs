@@ -9,17 +9,16 @@ use graspd_sim::Scene;
 use rayon::prelude::*;
 
 use crate::GraspError;
+use crate::execution::{ExecutionSettings, plan_pre_grasp, plan_squeeze};
 use crate::object::GraspObject;
 use crate::preset::SynthesisSettings;
 use crate::rank::rank_by_displacement;
 use crate::record::{
-    GraspRecord, OptimizerRecord, PreGrasp, RecordedPose, SCHEMA, Seconds, named_joints,
+    GraspRecord, OptimizerRecord, PreGrasp, RecordedPose, SCHEMA, Seconds, Squeeze, named_joints,
 };
 use crate::start::{initial_pose, start_rng};
 use crate::synthesis::{Losses, Synthesis, synthesize};
 
-/// How far the hand stands back before it grasps \[m\].
-const PRE_GRASP_RETREAT: f64 = 0.05;
 /// Starts that already touch the object are drawn again at most this often.
 const MOST_REDRAWS: usize = 100;
 
@@ -32,6 +31,8 @@ pub struct RunSettings {
     pub count: usize,
     /// Keep the pose every so many steps; `None` keeps none.
     pub trajectory_every: Option<usize>,
+    /// How pre-grasps and squeezes are made.
+    pub execution: ExecutionSettings,
     /// How grasps are judged.
     pub evaluation: EvaluationSettings,
 }
@@ -51,6 +52,7 @@ impl RunSettings {
         }
         // Now rather than when the first grasp is judged, minutes later.
         self.evaluation.validate()?;
+        self.execution.validate()?;
         Ok(())
     }
 }
@@ -191,7 +193,7 @@ fn one_grasp(
         synthesis: synthesis_seconds,
         evaluation: started.elapsed().as_secs_f64(),
     };
-    let mut record = record_of(object, hand, settings, &synthesis, index);
+    let mut record = record_of(object, hand, settings, &run.execution, &synthesis, index);
     record.seed = Some(run.seed);
     record.metrics = Some(metrics);
     record.seconds = Some(seconds);
@@ -219,16 +221,14 @@ fn record_of(
     object: &GraspObject,
     hand: &dyn Hand,
     settings: &SynthesisSettings,
+    execution: &ExecutionSettings,
     synthesis: &Synthesis,
     index: usize,
 ) -> GraspRecord {
     let names = hand.articulation_names();
     let (pose, losses) = (&synthesis.pose, &synthesis.losses);
-    let palm_normal = pose.rotation.to_matrix().apply(hand.palm().normal.into());
-    let retreated = HandPose {
-        translation: pose.translation - palm_normal * PRE_GRASP_RETREAT,
-        ..pose.clone()
-    };
+    let before = plan_pre_grasp(hand, object, pose, execution);
+    let after = plan_squeeze(hand, object, pose, execution);
     GraspRecord {
         schema: SCHEMA.into(),
         object: object.source.name.clone(),
@@ -243,8 +243,16 @@ fn record_of(
             .mano_shape()
             .map(|shape| serde_json::json!({"pca": pose.articulation, "shape": shape})),
         pre_grasp: Some(PreGrasp {
-            pose: RecordedPose::from(&retreated),
-            joints_rad: named_joints(names, hand.open_articulation()),
+            pose: RecordedPose::from(&before.pose),
+            joints_rad: named_joints(names, &before.pose.articulation),
+            order: Some(before.order.name().into()),
+            clearance_m: Some(before.clearance),
+            is_free: Some(before.is_free),
+        }),
+        squeeze: Some(Squeeze {
+            joints_rad: named_joints(names, &after.articulation),
+            torques_nm: Some(named_joints(names, &after.torques)),
+            force_n: Some(execution.squeeze_force),
         }),
         metrics: None,
         optimizer: Some(OptimizerRecord {

@@ -47,6 +47,7 @@ pub(crate) fn bare_record(index: usize) -> GraspRecord {
         joints_rad: None,
         mano: None,
         pre_grasp: None,
+        squeeze: None,
         metrics: None,
         optimizer: None,
         rank: None,

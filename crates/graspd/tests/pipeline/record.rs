@@ -1,7 +1,8 @@
 //! Records: what they say, and what they refuse to say.
 
 use graspd::{
-    GraspError, GraspRecord, OptimizerRecord, PreGrasp, RecordedPose, SCHEMA, Seconds, named_joints,
+    GraspError, GraspRecord, OptimizerRecord, PreGrasp, RecordedPose, SCHEMA, Seconds, Squeeze,
+    named_joints,
 };
 use graspd_eval::GraspMetrics;
 use graspd_geom::{Quaternion, Vec3};
@@ -24,6 +25,7 @@ const FIELDS: [&str; 16] = [
     "joints_rad",
     "mano",
     "pre_grasp",
+    "squeeze",
     "metrics",
     "optimizer",
     "rank",
@@ -55,7 +57,15 @@ fn complete_record() -> GraspRecord {
         mano: Some(json!({"pca": [0.5], "shape": []})),
         pre_grasp: Some(PreGrasp {
             pose,
+            joints_rad: joints.clone(),
+            order: Some("together".into()),
+            clearance_m: Some(0.01),
+            is_free: Some(true),
+        }),
+        squeeze: Some(Squeeze {
+            torques_nm: Some(joints.clone()),
             joints_rad: joints,
+            force_n: Some(10.0),
         }),
         metrics: Some(GraspMetrics {
             contact_area_cm2: Some(42.6),
@@ -151,6 +161,7 @@ fn records_hold_the_whole_format_with_null_for_what_is_absent() {
         "joints_rad",
         "mano",
         "pre_grasp",
+        "squeeze",
         "metrics",
         "optimizer",
         "rank",

@@ -4,8 +4,8 @@ use std::collections::BTreeMap;
 use std::sync::Mutex;
 
 use graspd::{
-    Grasp, GraspError, GraspRecord, RecordedPose, RunObserver, RunSettings, SCHEMA,
-    SynthesisSettings, draw_start, synthesize_grasps,
+    ExecutionSettings, Grasp, GraspError, GraspRecord, RecordedPose, RunObserver, RunSettings,
+    SCHEMA, SynthesisSettings, draw_start, synthesize_grasps,
 };
 use graspd_eval::{EvaluationSettings, Metrics};
 use graspd_hand::Hand;
@@ -24,6 +24,7 @@ fn run_settings(metrics: &str) -> RunSettings {
         seed: 5,
         count: COUNT,
         trajectory_every: Some(5),
+        execution: ExecutionSettings::default(),
         evaluation: EvaluationSettings {
             metrics: metrics.parse().expect("these metrics exist"),
             // Coarse, for speed.

@@ -1,0 +1,242 @@
+//! What a robot needs besides the grasp: where to come from, and how to hold on.
+
+use graspd_geom::Vec3;
+use graspd_hand::{Hand, HandPose, PointBuffer, PoseGradient, clamp_to_limits};
+use serde::Serialize;
+
+use crate::GraspError;
+use crate::approach::PathProbe;
+use crate::object::GraspObject;
+
+/// Contact points this near to the surface count as pressing on it \[m\].
+const CONTACT_BAND: f64 = 5e-4;
+/// Lever arm below which joints can hardly move the contacts: bounds the squeeze where forces pass through axes \[m\].
+const LEAST_LEVER: f64 = 0.01;
+
+/// How pre-grasps and squeezes are made from grasps.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct ExecutionSettings {
+    /// How far the opened hand stands back along the approach \[m\].
+    pub retreat: f64,
+    /// How far joints move the contact points on into the object, on average, where nothing would stop them \[m\].
+    pub squeeze: f64,
+    /// Sum of the normal forces that the squeeze's joint torques balance \[N\].
+    pub squeeze_force: f64,
+}
+
+impl Default for ExecutionSettings {
+    /// 5 cm back, 5 mm on, 10 N.
+    fn default() -> Self {
+        Self {
+            retreat: 0.05,
+            squeeze: 0.005,
+            squeeze_force: 10.0,
+        }
+    }
+}
+
+impl ExecutionSettings {
+    /// Checks every field.
+    ///
+    /// # Errors
+    /// [`GraspError::InvalidSetting`] naming the field.
+    pub fn validate(&self) -> Result<(), GraspError> {
+        let in_range = |field, value: f64, most: f64, wanted| {
+            if (0.0..=most).contains(&value) {
+                return Ok(());
+            }
+            Err(GraspError::InvalidSetting {
+                field,
+                value,
+                wanted,
+            })
+        };
+        in_range("retreat", self.retreat, 1.0, "0 to 1 m")?;
+        in_range("squeeze", self.squeeze, 0.05, "0 to 0.05 m")?;
+        in_range("squeeze_force", self.squeeze_force, 1000.0, "0 to 1000 N")
+    }
+}
+
+/// The order in which the hand gets from pre-grasp to grasp.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ClosingOrder {
+    /// First the base moves in a straight line with the joints of the pre-grasp, then the joints close in a straight
+    /// line with the base in place.
+    ApproachThenClose,
+    /// Base and joints move together, each in a straight line.
+    Together,
+}
+
+impl ClosingOrder {
+    /// Its name in records.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::ApproachThenClose => "approach_then_close",
+            Self::Together => "together",
+        }
+    }
+}
+
+/// Where the hand should be before it grasps.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PlannedPreGrasp {
+    /// The opened hand, standing back.
+    pub pose: HandPose,
+    /// How to get from there to the grasp.
+    pub order: ClosingOrder,
+    /// Least signed distance of the hand to the object in the pre-grasp \[m\].
+    pub clearance: f64,
+    /// Least signed distance at the way points before the grasp \[m\]: about that of the grasp itself where the way
+    /// is free, as the hand touches at its end.
+    pub clearance_on_the_way: f64,
+    /// Whether the pre-grasp is clear of the object and no way point is deeper in it than the grasp.
+    pub is_free: bool,
+}
+
+/// How far the hand opens for a pre-grasp, of the way to fully open; the widest that is free is taken.
+const OPENINGS: [f64; 5] = [1.0, 0.6, 0.3, 0.1, 0.0];
+/// How far it stands back, of the distance asked for.
+const RETREATS: [f64; 2] = [1.0, 2.0];
+/// Sideways parts of the ways back, in terms of the palm's axes (fingers, side), beside 1 against the normal.
+const TILTS: [[f64; 2]; 7] = [
+    [0.0, 0.0],
+    [-0.6, 0.0],
+    [0.6, 0.0],
+    [0.0, 0.6],
+    [0.0, -0.6],
+    [-1.7, 0.0],
+    [1.7, 0.0],
+];
+
+/// The pre-grasp of a grasp: the hand opened and drawn back against the palm's normal, by at least
+/// `settings.retreat`.
+///
+/// Contact points and the vertices of the hand's surface are looked up in the object's distance grid at way points
+/// along the path. Where the straight way collides, less opened hands, longer ways and ways tilted by 31 and 60 degrees
+/// towards each side of the palm are tried; the first that is free is taken. Where none is, the one that gets least
+/// deep is given with `is_free` false.
+pub fn plan_pre_grasp(
+    hand: &dyn Hand,
+    object: &GraspObject,
+    grasp: &HandPose,
+    settings: &ExecutionSettings,
+) -> PlannedPreGrasp {
+    let mut probe = PathProbe::new(hand, object, grasp);
+    let rotation = grasp.rotation.to_matrix();
+    let palm = hand.palm();
+    let [normal, fingers, side] = [palm.normal, palm.fingers, palm.normal.cross(&palm.fingers)]
+        .map(|axis| rotation.apply(axis.into()));
+    let mut best: Option<PlannedPreGrasp> = None;
+    for tilt in TILTS {
+        let back = fingers * tilt[0] + side * tilt[1] - normal;
+        let back = back.normalize_or_zero();
+        for opening in OPENINGS {
+            for retreat in RETREATS {
+                let pose = HandPose {
+                    translation: grasp.translation + back * (settings.retreat * retreat),
+                    rotation: grasp.rotation,
+                    articulation: opened(hand, &grasp.articulation, opening),
+                };
+                for order in [ClosingOrder::ApproachThenClose, ClosingOrder::Together] {
+                    let plan = probe.follow(&pose, grasp, order);
+                    if plan.is_free {
+                        return plan;
+                    }
+                    let depth =
+                        |plan: &PlannedPreGrasp| plan.clearance.min(plan.clearance_on_the_way);
+                    if best.as_ref().is_none_or(|best| depth(&plan) > depth(best)) {
+                        best = Some(plan);
+                    }
+                }
+            }
+        }
+    }
+    // There is at least one candidate.
+    best.unwrap_or_else(|| probe.follow(grasp, grasp, ClosingOrder::Together))
+}
+
+/// The joints moved by a share of their way to fully open.
+fn opened(hand: &dyn Hand, grasp: &[f64], share: f64) -> Vec<f64> {
+    let open = hand.open_articulation();
+    let mut joints: Vec<f64> = (grasp.iter().zip(open))
+        .map(|(grasp, open)| grasp + share * (open - grasp))
+        .collect();
+    if let Some(limits) = hand.limits() {
+        clamp_to_limits(&mut joints, limits);
+    }
+    joints
+}
+
+/// How the joints press on.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PlannedSqueeze {
+    /// Where to command the joints of a position-controlled hand, within their limits, `[n]`.
+    pub articulation: Vec<f64>,
+    /// Joint torques \[N m\] (forces \[N\] of sliding joints) for a torque-controlled hand, `[n]`.
+    pub torques: Vec<f64>,
+}
+
+/// The squeeze of a grasp.
+///
+/// Forces: every contact point nearer to the surface than 0.5 mm beyond the nearest one presses against the surface's
+/// normal, in proportion to its depth below that band; their sizes sum to `settings.squeeze_force` F. Torques:
+/// tau = J^T f. Displacement: along the torques, d theta = tau s F / (|tau|^2 + (l F)^2), which moves the contact
+/// points along their forces by s = `settings.squeeze` on average, weighted by force, where the lever arm |tau| / F is
+/// well above l = 1 cm, and by less where forces pass near the axes. Limits cut it off.
+pub fn plan_squeeze(
+    hand: &dyn Hand,
+    object: &GraspObject,
+    grasp: &HandPose,
+    settings: &ExecutionSettings,
+) -> PlannedSqueeze {
+    let weights = &hand.contact_points().weight;
+    let spheres = hand.collision_spheres().radius.len();
+    let mut scratch = hand.new_scratch();
+    let mut contacts = PointBuffer::<f64>::zeros(weights.len());
+    let mut centers = PointBuffer::zeros(spheres);
+    hand.forward(grasp, &mut scratch, &mut contacts, &mut centers);
+
+    let sdf = object.simulated.sdf();
+    let touch: Vec<(f64, Vec3<f64>)> = (0..contacts.len())
+        .map(|i| sdf.distance_and_gradient(contacts.get(i)))
+        .collect();
+    let nearest = touch.iter().map(|t| t.0).fold(f64::INFINITY, f64::min);
+    let reach = nearest.max(0.0) + CONTACT_BAND;
+    let mut forces = PointBuffer::zeros(weights.len());
+    let mut total = 0.0;
+    for (i, (distance, gradient)) in touch.iter().enumerate() {
+        let size = (reach - distance).max(0.0) * f64::from(weights[i]);
+        forces.set(i, gradient.normalize_or_zero() * -size);
+        total += size;
+    }
+    let unpushed = PointBuffer::zeros(spheres);
+    let mut gradient = PoseGradient::zero(grasp.articulation.len());
+    hand.pullback(
+        grasp,
+        &mut scratch,
+        &contacts,
+        &forces,
+        &centers,
+        &unpushed,
+        &mut gradient,
+    );
+    // Now in units of the total force: lever arms [m].
+    let levers: Vec<f64> = (gradient.articulation.iter())
+        .map(|torque| if total > 0.0 { torque / total } else { 0.0 })
+        .collect();
+    let squared: f64 = levers.iter().map(|lever| lever * lever).sum();
+    let step = settings.squeeze / (squared + LEAST_LEVER * LEAST_LEVER);
+    let mut articulation: Vec<f64> = (grasp.articulation.iter().zip(&levers))
+        .map(|(joint, lever)| joint + step * lever)
+        .collect();
+    if let Some(limits) = hand.limits() {
+        clamp_to_limits(&mut articulation, limits);
+    }
+    PlannedSqueeze {
+        articulation,
+        torques: levers
+            .iter()
+            .map(|lever| lever * settings.squeeze_force)
+            .collect(),
+    }
+}
