@@ -13,7 +13,7 @@ use rayon::prelude::*;
 use serde::Serialize;
 
 use super::cache::CacheChoice;
-use super::input::on_threads;
+use super::input::{HandLoading, on_threads};
 use super::output::prepare_file;
 use super::subject::{hand_of, object_of, poses_of};
 use crate::console::{print, print_json};
@@ -33,6 +33,8 @@ pub(crate) struct Arguments {
     /// The hand, where the records do not name a built-in one
     #[arg(long, value_parser = NonEmptyStringValueParser::new())]
     hand: Option<String>,
+    #[command(flatten)]
+    loading: HandLoading,
     /// Only these metrics, separated by commas: ca, iv, pd (penetration depth), gws (epsilon and volume), sd, sd6
     #[arg(long, default_value = "all", value_name = "LIST")]
     metrics: graspd_eval::Metrics,
@@ -71,7 +73,13 @@ fn judge(arguments: &Arguments) -> Result<()> {
         arguments.grasps.clone()
     };
     let mut records = read_records(&file)?;
-    let hand = hand_of(&records, &file, arguments.hand.as_deref(), quiet)?;
+    let hand = hand_of(
+        &records,
+        &file,
+        arguments.hand.as_deref(),
+        &arguments.loading.options()?,
+        quiet,
+    )?;
     let poses = poses_of(&records, &file, hand.as_ref(), quiet)?;
     let source = object_of(
         &records,

@@ -1,11 +1,13 @@
 //! What several commands do with their input.
 
 use std::ops::RangeInclusive;
+use std::path::PathBuf;
 
 use anyhow::{Context, Result, bail};
+use clap::Args;
 use graspd::{GraspObject, NamedMesh};
 use graspd_geom::{DiskCache, Quaternion, Vec3};
-use graspd_hand::{Hand, HandPose, load_hand};
+use graspd_hand::{Hand, HandPose, LoadOptions, load_hand_from};
 
 use crate::console::warn;
 use crate::progress::Progress;
@@ -20,6 +22,37 @@ const LARGEST_HAND: f64 = 5.0;
 const RESOLUTIONS: RangeInclusive<usize> = 2..=1024;
 /// More threads than any machine has cores cost memory and gain nothing.
 const MOST_THREADS: usize = 1024;
+
+/// How hands are loaded.
+#[derive(Args)]
+pub(crate) struct HandLoading {
+    /// Where meshes of a URDF are looked for besides its folder and those above it (may be repeated)
+    #[arg(long = "package-path", value_name = "DIR")]
+    package_paths: Vec<PathBuf>,
+    /// Take the hand's mirror image: left for right
+    #[arg(long)]
+    mirror: bool,
+}
+
+impl HandLoading {
+    /// As options for the loader.
+    ///
+    /// # Errors
+    /// If a folder is none.
+    pub(crate) fn options(&self) -> Result<LoadOptions> {
+        if let Some(path) = self.package_paths.iter().find(|path| !path.is_dir()) {
+            bail!(
+                "{}: no such folder; give --package-path the folder that holds the package",
+                path.display()
+            );
+        }
+        Ok(LoadOptions {
+            package_paths: self.package_paths.clone(),
+            mirrored: self.mirror,
+            ..LoadOptions::default()
+        })
+    }
+}
 
 /// Loads an object and warns where its unit is likely not the metre.
 pub(crate) fn load_object(name_or_path: &str, scale: f64, quiet: bool) -> Result<NamedMesh> {
@@ -61,8 +94,11 @@ pub(crate) fn check_resolution(resolution: usize) -> Result<()> {
 }
 
 /// Loads a hand, and refuses one whose unit cannot be the metre.
-pub(crate) fn load_hand_to_scale(name_or_path: &str) -> Result<Box<dyn Hand>> {
-    let hand = load_hand(name_or_path)?;
+pub(crate) fn load_hand_to_scale(
+    name_or_path: &str,
+    options: &LoadOptions,
+) -> Result<Box<dyn Hand>> {
+    let hand = load_hand_from(name_or_path, options)?;
     let open = HandPose {
         translation: Vec3::zero(),
         rotation: Quaternion::identity(),

@@ -1,9 +1,12 @@
 //! What a run leaves in its folder.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, anyhow, bail};
-use graspd::{Grasp, GraspRecord, Summary, SynthesisSettings, write_atomically, write_records};
+use graspd::{
+    ExecutionSettings, Grasp, GraspRecord, Summary, SynthesisSettings, write_atomically,
+    write_records,
+};
 use graspd_geom::{TriangleMesh, save_obj};
 use graspd_hand::Hand;
 use serde::Serialize;
@@ -16,6 +19,9 @@ pub(crate) struct RunDescription<'a> {
     pub(crate) object: &'a str,
     pub(crate) object_scale: f64,
     pub(crate) hand: &'a str,
+    pub(crate) hand_mirrored: bool,
+    /// Where a URDF's meshes were looked for.
+    pub(crate) package_paths: &'a [PathBuf],
     pub(crate) seed: u64,
     pub(crate) grasps: usize,
     /// How many of them are kept; absent where all are.
@@ -24,6 +30,7 @@ pub(crate) struct RunDescription<'a> {
     pub(crate) sdf_padding_m: f64,
     pub(crate) machine: Machine,
     pub(crate) settings: &'a SynthesisSettings,
+    pub(crate) execution: &'a ExecutionSettings,
     pub(crate) evaluation: &'a graspd_eval::EvaluationSettings,
 }
 

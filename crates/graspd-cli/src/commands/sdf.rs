@@ -17,7 +17,7 @@ use crate::progress::Progress;
 
 #[derive(Args)]
 pub(crate) struct Arguments {
-    /// Built-in object (see `graspd objects`) or a closed mesh: .obj .stl .ply .off
+    /// Built-in object (see `graspd objects`) or a closed mesh: .obj .stl .ply .off .dae
     #[arg(value_parser = NonEmptyStringValueParser::new())]
     object: String,
     /// Samples along each axis

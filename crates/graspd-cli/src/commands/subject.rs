@@ -4,7 +4,7 @@ use std::path::Path;
 
 use anyhow::{Context, Result, bail};
 use graspd::{GraspRecord, NamedMesh};
-use graspd_hand::{Hand, HandPose, load_hand};
+use graspd_hand::{Hand, HandPose, LoadOptions, load_hand, load_hand_from};
 
 use super::input::load_object;
 use crate::console::warn;
@@ -18,10 +18,11 @@ pub(crate) fn hand_of(
     records: &[GraspRecord],
     file: &Path,
     asked: Option<&str>,
+    options: &LoadOptions,
     quiet: bool,
 ) -> Result<Box<dyn Hand>> {
     if let Some(asked) = asked {
-        let hand = load_hand(asked)?;
+        let hand = load_hand_from(asked, options)?;
         if let Some(other) = records.iter().find(|record| record.hand != hand.name()) {
             let (asked, made_for) = (hand.name(), &other.hand);
             let text = format!(
@@ -34,8 +35,8 @@ pub(crate) fn hand_of(
     }
     let name = common(file, records, "hand", |record| record.hand.clone())?;
     // A record has the hand's name, but not its file; the run that made the record told that.
-    if let Some(recorded) = recorded_hand(file) {
-        match load_hand(&recorded) {
+    if let Some((recorded, options)) = recorded_hand(file, options) {
+        match load_hand_from(&recorded, &options) {
             Ok(hand) if hand.name() == name => return Ok(hand),
             Err(error) if Path::new(&recorded).exists() => return Err(error.into()),
             _ => {}
@@ -49,11 +50,21 @@ pub(crate) fn hand_of(
     })
 }
 
-/// The hand that `run.toml` beside the records names.
-fn recorded_hand(records: &Path) -> Option<String> {
+/// The hand that `run.toml` beside the records names, and how it was loaded, with the given folders first.
+fn recorded_hand(records: &Path, given: &LoadOptions) -> Option<(String, LoadOptions)> {
     let text = std::fs::read_to_string(records.with_file_name("run.toml")).ok()?;
     let run: toml::Table = text.parse().ok()?;
-    run.get("hand")?.as_str().map(str::to_owned)
+    let hand = run.get("hand")?.as_str()?.to_owned();
+    let mut options = given.clone();
+    let mirrored = run.get("hand_mirrored").and_then(toml::Value::as_bool);
+    options.mirrored = mirrored.unwrap_or(false);
+    let folders = run.get("package_paths").and_then(toml::Value::as_array);
+    let folders = folders
+        .into_iter()
+        .flatten()
+        .filter_map(toml::Value::as_str);
+    options.package_paths.extend(folders.map(Into::into));
+    Some((hand, options))
 }
 
 /// The hand's poses; warns of the first joint that the hand lacks, and of the first beyond its limits.

@@ -10,15 +10,17 @@ use anyhow::{Result, bail};
 use clap::Args;
 use clap::builder::{NonEmptyStringValueParser, PossibleValuesParser};
 use graspd::{
-    Grasp, GraspObject, GraspRecord, PAPER_PADDING, PAPER_RESOLUTION, PRESETS, RunObserver,
-    RunSettings, SCHEMA, Summary, SynthesisSettings, synthesize_grasps,
+    ExecutionSettings, Grasp, GraspObject, GraspRecord, PAPER_PADDING, PAPER_RESOLUTION, PRESETS,
+    RunObserver, RunSettings, SCHEMA, Summary, SynthesisSettings, synthesize_grasps,
 };
 use graspd_eval::EvaluationSettings;
-use graspd_hand::Hand;
+use graspd_hand::{Hand, LoadOptions};
 use serde::Serialize;
 
 use super::cache::CacheChoice;
-use super::input::{check_resolution, load_hand_to_scale, load_object, on_threads, prepare_object};
+use super::input::{
+    HandLoading, check_resolution, load_hand_to_scale, load_object, on_threads, prepare_object,
+};
 use super::output::{
     Machine, RunDescription, prepare_file, prepare_folder, remove_leftovers, write_meshes,
     write_results, write_run, write_trajectories,
@@ -36,12 +38,14 @@ const PICTURE_PANEL: (usize, usize) = (640, 640);
 
 #[derive(Args)]
 pub(crate) struct Arguments {
-    /// Built-in object (see `graspd objects`) or a closed mesh: .obj .stl .ply .off
+    /// Built-in object (see `graspd objects`) or a closed mesh: .obj .stl .ply .off .dae
     #[arg(default_value = "mug", value_parser = NonEmptyStringValueParser::new())]
     object: String,
     /// Built-in hand (see `graspd hands`), a .urdf, or a MANO model (.pkl or .npz)
     #[arg(long, default_value = "allegro", value_parser = NonEmptyStringValueParser::new())]
     hand: String,
+    #[command(flatten)]
+    loading: HandLoading,
     /// How many grasps, each from its own start
     #[arg(short = 'n', long = "count", default_value_t = 10)]
     count: usize,
@@ -70,6 +74,15 @@ pub(crate) struct Arguments {
     /// Output folder
     #[arg(short, long, default_value = "grasps")]
     output: PathBuf,
+    /// How far the opened hand of the pre-grasp stands back \[m\]
+    #[arg(long, value_name = "M", default_value_t = ExecutionSettings::default().retreat, allow_negative_numbers = true)]
+    retreat: f64,
+    /// How far the squeeze target moves the contact points on into the object, on average \[m\]
+    #[arg(long, value_name = "M", default_value_t = ExecutionSettings::default().squeeze, allow_negative_numbers = true)]
+    squeeze: f64,
+    /// Sum of the contact forces that the squeeze's joint torques balance \[N\]
+    #[arg(long, value_name = "N", default_value_t = ExecutionSettings::default().squeeze_force, allow_negative_numbers = true)]
+    squeeze_force: f64,
     /// Render the best grasp to this PNG file
     #[arg(long, value_name = "FILE")]
     png: Option<PathBuf>,
@@ -107,11 +120,17 @@ fn synthesize(arguments: &Arguments) -> Result<()> {
         seed: arguments.seed,
         count: arguments.count,
         trajectory_every: arguments.trajectory.then_some(TRAJECTORY_INTERVAL),
+        execution: ExecutionSettings {
+            retreat: arguments.retreat,
+            squeeze: arguments.squeeze,
+            squeeze_force: arguments.squeeze_force,
+        },
         evaluation: EvaluationSettings::default(),
     };
     run.validate()?;
+    let loading = arguments.loading.options()?;
     check_resolution(arguments.resolution)?;
-    let hand = load_hand_to_scale(&arguments.hand)?;
+    let hand = load_hand_to_scale(&arguments.hand, &loading)?;
     let source = load_object(&arguments.object, arguments.scale, quiet)?;
     prepare_folder(&arguments.output)?;
     if let Some(file) = &arguments.png {
@@ -135,7 +154,15 @@ fn synthesize(arguments: &Arguments) -> Result<()> {
     let records = &all[..grasps.len()];
 
     remove_leftovers(&arguments.output)?;
-    write(arguments, &object, hand.as_ref(), &settings, &run, &grasps)?;
+    write(
+        arguments,
+        &loading,
+        &object,
+        hand.as_ref(),
+        &settings,
+        &run,
+        &grasps,
+    )?;
     write_results(&arguments.output, records, &summary)?;
     if let Some(file) = &arguments.png {
         write_picture(file, &object, hand.as_ref(), &grasps)?;
@@ -239,6 +266,7 @@ fn synthesize_with_progress(
 
 fn write(
     arguments: &Arguments,
+    loading: &LoadOptions,
     object: &GraspObject,
     hand: &dyn Hand,
     settings: &SynthesisSettings,
@@ -254,6 +282,8 @@ fn write(
             object: &arguments.object,
             object_scale: arguments.scale,
             hand: &arguments.hand,
+            hand_mirrored: loading.mirrored,
+            package_paths: &loading.package_paths,
             seed: run.seed,
             grasps: run.count,
             top_k: arguments.top_k,
@@ -266,6 +296,7 @@ fn write(
                 threads: rayon::current_num_threads(),
             },
             settings,
+            execution: &run.execution,
             evaluation: &run.evaluation,
         },
     )?;

@@ -34,6 +34,7 @@ fn records_have_every_field() {
         "joints_rad",
         "mano",
         "pre_grasp",
+        "squeeze",
         "metrics",
         "optimizer",
         "rank",
@@ -85,7 +86,12 @@ fn records_have_every_field() {
             let norm: f64 = rotation.iter().map(|q| q.as_f64().unwrap().powi(2)).sum();
             assert!(rotation.len() == 4 && (norm - 1.0).abs() < 1e-9);
         }
-        for joints in [&record["joints_rad"], &record["pre_grasp"]["joints_rad"]] {
+        for joints in [
+            &record["joints_rad"],
+            &record["pre_grasp"]["joints_rad"],
+            &record["squeeze"]["joints_rad"],
+            &record["squeeze"]["torques_nm"],
+        ] {
             assert_eq!(joints.as_object().unwrap().len(), 16);
         }
     }
