@@ -180,11 +180,25 @@ impl<M: Map> Gathered<M> {
 impl<M: Map> Corners for Gathered<M> {
     #[inline(always)]
     fn corners<L: Real<Element = f32>>(&mut self, cell: &Cell, _block: usize) -> [L; 8] {
+        // Each part once for all corners that share it.
+        let mut parts = [[[0; LANES]; 2]; 3];
+        for side in 0..2 {
+            for lane in 0..LANES {
+                parts[0][side][lane] = M::x(cell[0][lane] + side as u32);
+                parts[1][side][lane] = M::y(cell[1][lane] + side as u32);
+                parts[2][side][lane] = M::z(cell[2][lane] + side as u32);
+            }
+        }
         let mut corners = [L::zero(); 8];
         for corner in 0..8 {
-            corners[corner] = L::gather(self.samples.all(), |lane| {
-                Self::place(cell, corner as u32, lane)
-            });
+            let x = &parts[0][corner & 1];
+            let y = &parts[1][corner >> 1 & 1];
+            let z = &parts[2][corner >> 2];
+            let mut places = [0; LANES];
+            for lane in 0..LANES {
+                places[lane] = x[lane] + y[lane] + z[lane];
+            }
+            corners[corner] = L::gather(self.samples.all(), |lane| places[lane] as usize);
         }
         corners
     }
@@ -216,6 +230,10 @@ impl<const COPIES: usize> Interleaved<COPIES> {
 impl<const COPIES: usize> Corners for Interleaved<COPIES> {
     #[inline(always)]
     fn corners<L: Real<Element = f32>>(&mut self, [i, j, k]: &Cell, _block: usize) -> [L; 8] {
+        let mut low = [0; LANES];
+        for lane in 0..LANES {
+            low[lane] = COPIES as u32 * (i[lane] + N * (j[lane] + N * k[lane]));
+        }
         let mut corners = [L::zero(); 8];
         for corner in 0..8 {
             let (dx, dy, dz) = (
@@ -229,10 +247,12 @@ impl<const COPIES: usize> Corners for Interleaved<COPIES> {
             } else {
                 (dy + 2 * dz, 0)
             };
-            corners[corner] = L::gather(self.0.all(), |lane| {
-                let node = i[lane] + dx + N * (j[lane] + row + N * k[lane]);
-                COPIES * node as usize + copy as usize
-            });
+            let offset = COPIES as u32 * (dx + N * row) + copy;
+            let mut places = [0; LANES];
+            for lane in 0..LANES {
+                places[lane] = low[lane] + offset;
+            }
+            corners[corner] = L::gather(self.0.all(), |lane| places[lane] as usize);
         }
         corners
     }
