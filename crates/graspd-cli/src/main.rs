@@ -9,7 +9,7 @@ use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 
-use commands::{cache, eval, hands, objects, sdf, synth};
+use commands::{cache, eval, gws, hands, objects, sdf, synth};
 
 /// Synthesises contact-rich grasps for multi-fingered hands by optimising through a differentiable contact simulation.
 #[derive(Parser)]
@@ -25,6 +25,8 @@ enum Command {
     Synth(synth::Arguments),
     /// Evaluate grasps already made, by anyone
     Eval(eval::Arguments),
+    /// Epsilon and volume of a set of wrenches
+    Gws(gws::Arguments),
     /// Write the signed distance grid of an object
     Sdf(sdf::Arguments),
     /// Tell what is kept between runs, or remove it
@@ -39,6 +41,7 @@ fn main() -> ExitCode {
     let result = match Cli::parse().command {
         Command::Synth(arguments) => synth::run(&arguments),
         Command::Eval(arguments) => eval::run(&arguments),
+        Command::Gws(arguments) => gws::run(&arguments),
         Command::Sdf(arguments) => sdf::run(&arguments),
         Command::Cache(arguments) => cache::run(&arguments),
         Command::Hands(arguments) => hands::run(&arguments),

@@ -13,12 +13,17 @@ pub enum EvaluationError {
     },
     /// A convex hull has more facets than memory was granted for.
     #[error(
-        "the convex hull has more than {limit} facets; reduce the contacts (`reduce_contacts`) or take fewer friction edges"
+        "the convex hull has more than {limit} facets; take fewer points, or bounds (`origin_depth`, `hull_volume`) that do without it"
     )]
     TooManyFacets {
         /// The limit that was reached.
         limit: usize,
     },
+    /// Points that no arithmetic at hand tells apart.
+    #[error(
+        "the boundary of the convex body could not be resolved; leave out nearly coincident points"
+    )]
+    Unresolved,
     /// A mesh has no faces, or an index beyond its vertices, or a coordinate that is not a finite number.
     #[error(
         "the {mesh} mesh cannot be evaluated: {fault}; close and orient it with a mesh repair tool, or load another"

@@ -1,24 +1,95 @@
 //! Grasp quality: the largest ball of disturbances that the contacts can resist.
 
+use serde::{Deserialize, Serialize};
+
 use crate::error::EvaluationError;
-use crate::hull::{DepthBounds, HullShape, MOST_FACETS, convex_hull_limited, origin_depth_bounds};
+use crate::hull::{
+    DepthBounds, DepthSearch, HullVolume, OriginDepth, VolumeSettings, hull_volume, origin_depth,
+    origin_depth_of_sum,
+};
 
 /// A ball smaller than this, relative to the longest wrench, is the work of rounding.
 const LEAST_EPSILON: f64 = 1e-10;
 
-/// How well a grasp resists disturbing wrenches.
+/// What the normal forces of a grasp may be.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum ForceLimit {
+    /// They sum to at most 1 (the L1 measure, the paper's): the grasp wrench space is the convex hull of the contacts'
+    /// wrenches.
+    #[default]
+    Sum,
+    /// Each is at most 1 (the L-infinity measure): the Minkowski sum of the hulls of each contact's wrenches and 0.
+    Each,
+}
+
+/// How epsilon is computed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct EpsilonSettings {
+    /// The forces that the contacts may exert.
+    pub limit: ForceLimit,
+    /// How many consecutive wrenches belong to one contact; matters to [`ForceLimit::Each`] alone.
+    pub wrenches_per_contact: usize,
+    /// When the bounds are close enough.
+    pub search: DepthSearch,
+}
+
+impl EpsilonSettings {
+    /// The L1 measure.
+    pub fn sum() -> Self {
+        Self {
+            limit: ForceLimit::Sum,
+            wrenches_per_contact: 1,
+            search: DepthSearch::default(),
+        }
+    }
+
+    /// The L-infinity measure of contacts with so many wrenches each, to 1 part in 10^6, or to what 300 000 facets
+    /// (half a second or so) allow.
+    pub fn each(wrenches_per_contact: usize) -> Self {
+        Self {
+            limit: ForceLimit::Each,
+            wrenches_per_contact,
+            search: DepthSearch {
+                relative_gap: 1e-6,
+                most_facets: 300_000,
+            },
+        }
+    }
+}
+
+/// Ferrari and Canny's epsilon with a certificate.
 #[derive(Clone, Debug, PartialEq)]
-pub struct GraspQuality {
-    /// Radius of the largest ball about the origin in the convex hull of the wrenches: the smallest wrench
-    /// that the contacts cannot resist with normal forces that sum to 1 (the L1 measure). 0 without force
-    /// closure.
-    pub epsilon: f64,
-    /// 6-dimensional volume of that hull; NaN where the hull has too many facets to be constructed.
-    pub volume: f64,
-    /// Whether the contacts can resist every wrench: whether epsilon is positive.
-    pub force_closure: bool,
-    /// Why there is no force closure.
+pub struct Epsilon {
+    /// The smallest wrench that the contacts cannot resist: the radius of the largest ball about the origin in the
+    /// grasp wrench space. The value is the lower bound, and 0 without force closure.
+    pub value: f64,
+    /// No wrench below this is beyond the contacts.
+    pub lower: f64,
+    /// Some wrench of this size is, or just above it.
+    pub upper: f64,
+    /// Why there is no force closure; `None` where there is.
     pub reason: Option<NotForceClosure>,
+}
+
+impl Epsilon {
+    fn zero(reason: NotForceClosure) -> Self {
+        let upper = match reason {
+            NotForceClosure::Undecided { upper } => upper,
+            _ => 0.0,
+        };
+        Self {
+            value: 0.0,
+            lower: 0.0,
+            upper,
+            reason: Some(reason),
+        }
+    }
+
+    /// Whether the contacts can resist every wrench.
+    pub fn is_force_closure(&self) -> bool {
+        self.reason.is_none()
+    }
 }
 
 /// Why a grasp has epsilon 0.
@@ -33,152 +104,93 @@ pub enum NotForceClosure {
         /// Dimension of the affine hull.
         affine_dimension: usize,
     },
-    /// The origin is not inside the hull: the contacts cannot even balance one another.
+    /// The origin is not inside the grasp wrench space: the contacts cannot even balance one another.
     #[error(
-        "the contacts cannot balance one another (the hull of their wrenches is {separation} from the origin, or farther)"
+        "the contacts cannot balance one another (their wrench space is {separation} from the origin, or farther)"
     )]
     OriginOutside {
-        /// A lower bound on the distance of the hull from the origin; 0 where the origin is on its boundary.
+        /// A lower bound on the distance of the wrench space from the origin; 0 where the origin is on its boundary.
         separation: f64,
     },
-    /// The wrenches could not be judged, and force closure is not ruled out.
-    #[error("undecided: {0}")]
-    Undecided(EvaluationError),
+    /// The search ended at its limit of facets before the origin was known to be inside.
+    #[error("undecided: epsilon is at most {upper}; allow more facets to tell it from 0")]
+    Undecided {
+        /// Upper bound on epsilon.
+        upper: f64,
+    },
 }
 
-/// Epsilon and volume of the hull of `wrenches` (those of [`grasp_wrenches`](crate::grasp_wrenches)), exact to
-/// within rounding.
+/// Epsilon of any set of wrenches, with bounds that certify it; hundreds of contacts take milliseconds.
 ///
-/// The origin is not added to the wrenches: it would change nothing where epsilon is positive.
-///
-/// The hull of many wrenches in six dimensions is large (150 000 facets for 512, 460 000 for 1024), so reduce
-/// hundreds of contacts first ([`reduce_contacts`](crate::reduce_contacts)), or use [`epsilon_bounds`], which
-/// does without the hull.
-///
-/// # Source
-/// C. Ferrari, J. Canny, "Planning optimal grasps", ICRA 1992; the volume: A. T. Miller, P. K. Allen,
-/// "Examples of 3D grasp quality computations", ICRA 1999.
-pub fn grasp_quality(wrenches: &[[f64; 6]]) -> GraspQuality {
-    quality_by_hull(wrenches, MOST_FACETS)
-}
-
-/// The quality from the hull if that has no more than `most_facets`, else from bounds on epsilon alone.
-fn quality_by_hull(wrenches: &[[f64; 6]], most_facets: usize) -> GraspQuality {
-    match convex_hull_limited(wrenches, most_facets) {
-        Ok(hull) => match (hull.shape, hull.origin_depth()) {
-            (HullShape::Full, Some(depth)) => quality(depth, hull.volume, wrenches),
-            (HullShape::Flat { affine_dimension }, _) => {
-                without_closure(0.0, NotForceClosure::Flat { affine_dimension })
-            }
-            _ => without_closure(0.0, NotForceClosure::NoContacts),
-        },
-        Err(too_many @ EvaluationError::TooManyFacets { .. }) => {
-            match origin_depth_bounds(wrenches, 0.0) {
-                Ok(Some(DepthBounds { upper, .. })) if upper < 0.0 => {
-                    quality(upper, f64::NAN, wrenches)
-                }
-                Ok(Some(DepthBounds { lower, .. })) => quality(lower, f64::NAN, wrenches),
-                _ => without_closure(f64::NAN, NotForceClosure::Undecided(too_many)),
-            }
-        }
-        Err(error) => without_closure(f64::NAN, NotForceClosure::Undecided(error)),
-    }
-}
-
-/// Bounds on epsilon alone, in a fraction of [`grasp_quality`]'s time and memory.
-///
-/// Stops when `upper - lower <= relative_gap * upper`; with 0, both are epsilon to within rounding. Both are 0
-/// without force closure.
+/// The origin is not added to the wrenches in the L1 measure: it would change nothing where epsilon is positive.
 ///
 /// # Errors
-/// [`EvaluationError::NotFinite`] for a wrench that is NaN or infinite; [`EvaluationError::TooManyFacets`] where
-/// the polytope that brackets the hull outgrows [`MOST_FACETS`](crate::MOST_FACETS).
-pub fn epsilon_bounds(
+/// [`EvaluationError::NotFinite`] for a wrench that is NaN or infinite.
+///
+/// # Source
+/// C. Ferrari, J. Canny, "Planning optimal grasps", ICRA 1992; the algorithm: Y. Zheng, "An efficient algorithm for
+/// a grasp quality measure", IEEE T-RO 29(2), 2013.
+pub fn ferrari_canny(
     wrenches: &[[f64; 6]],
-    relative_gap: f64,
-) -> Result<DepthBounds, EvaluationError> {
-    let nothing = DepthBounds {
-        lower: 0.0,
-        upper: 0.0,
+    settings: &EpsilonSettings,
+) -> Result<Epsilon, EvaluationError> {
+    let group = settings.wrenches_per_contact.max(1);
+    let depth = match settings.limit {
+        ForceLimit::Sum => origin_depth(wrenches, &settings.search)?,
+        ForceLimit::Each => origin_depth_of_sum(wrenches, group, &settings.search)?,
     };
-    let least = LEAST_EPSILON * longest(wrenches);
-    Ok(match origin_depth_bounds(wrenches, relative_gap)? {
-        Some(bounds) if bounds.upper > least => DepthBounds {
-            lower: bounds.lower.max(0.0),
-            upper: bounds.upper,
-        },
-        _ => nothing,
+    let DepthBounds { lower, upper } = match depth {
+        OriginDepth::Between(bounds) => bounds,
+        OriginDepth::Empty => return Ok(Epsilon::zero(NotForceClosure::NoContacts)),
+        OriginDepth::Flat { affine_dimension } => {
+            return Ok(Epsilon::zero(NotForceClosure::Flat { affine_dimension }));
+        }
+    };
+    let reach = match settings.limit {
+        ForceLimit::Sum => longest(wrenches),
+        ForceLimit::Each => wrenches.chunks(group).map(longest).sum(),
+    };
+    let least = LEAST_EPSILON * reach;
+    Ok(if upper <= least {
+        let separation = (-upper).max(0.0);
+        Epsilon::zero(NotForceClosure::OriginOutside { separation })
+    } else if lower <= least {
+        Epsilon::zero(NotForceClosure::Undecided { upper })
+    } else {
+        Epsilon {
+            value: lower,
+            lower,
+            upper,
+            reason: None,
+        }
     })
 }
 
-fn quality(depth: f64, volume: f64, wrenches: &[[f64; 6]]) -> GraspQuality {
-    if depth <= LEAST_EPSILON * longest(wrenches) {
-        let separation = (-depth).max(0.0);
-        return without_closure(volume, NotForceClosure::OriginOutside { separation });
-    }
-    GraspQuality {
-        epsilon: depth,
-        volume,
-        force_closure: true,
-        reason: None,
-    }
+/// How well a grasp resists disturbing wrenches.
+#[derive(Clone, Debug, PartialEq)]
+pub struct GraspQuality {
+    /// The L1 measure.
+    pub epsilon: Epsilon,
+    /// 6-dimensional volume of the hull of the wrenches; 0 where they are flat.
+    pub volume: HullVolume,
 }
 
-fn without_closure(volume: f64, reason: NotForceClosure) -> GraspQuality {
-    GraspQuality {
-        epsilon: 0.0,
-        volume,
-        force_closure: false,
-        reason: Some(reason),
-    }
+/// Epsilon (L1) and volume of the hull of `wrenches`, both with default settings.
+///
+/// # Errors
+/// As for [`ferrari_canny`].
+///
+/// # Source
+/// The volume: A. T. Miller, P. K. Allen, "Examples of 3D grasp quality computations", ICRA 1999.
+pub fn grasp_quality(wrenches: &[[f64; 6]]) -> Result<GraspQuality, EvaluationError> {
+    Ok(GraspQuality {
+        epsilon: ferrari_canny(wrenches, &EpsilonSettings::sum())?,
+        volume: hull_volume(wrenches, &VolumeSettings::default())?,
+    })
 }
 
 /// Length of the longest wrench.
 fn longest(wrenches: &[[f64; 6]]) -> f64 {
     let squared = |wrench: &[f64; 6]| wrench.iter().map(|x| x * x).sum::<f64>();
     wrenches.iter().map(squared).fold(0.0, f64::max).sqrt()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::{Contact, FRICTION_EDGES, grasp_wrenches};
-    use nalgebra::{Point3, Vector3};
-
-    /// Contacts on the corners of a cube, `lifted` along z.
-    fn wrenches(lifted: f64) -> Vec<[f64; 6]> {
-        let contact = |corner: usize| {
-            let sign = |bit: usize| if corner >> bit & 1 == 1 { 1.0 } else { -1.0 };
-            let outward = Vector3::new(sign(0), sign(1), sign(2)).normalize();
-            Contact {
-                point: outward.into(),
-                normal: (Vector3::z() * lifted - outward).normalize(),
-            }
-        };
-        let contacts: Vec<_> = (0..8).map(contact).collect();
-        grasp_wrenches(&contacts, 0.5, FRICTION_EDGES, Point3::origin(), 1.0)
-    }
-
-    #[test]
-    fn a_hull_too_large_to_build_costs_the_volume_alone() {
-        let wrenches = wrenches(0.0);
-        let full = grasp_quality(&wrenches);
-        let limited = quality_by_hull(&wrenches, 500);
-        assert!(limited.volume.is_nan() && limited.force_closure);
-        assert!((limited.epsilon - full.epsilon).abs() < 1e-12);
-    }
-
-    #[test]
-    fn the_same_holds_without_force_closure() {
-        let wrenches = wrenches(5.0);
-        let (full, limited) = (grasp_quality(&wrenches), quality_by_hull(&wrenches, 500));
-        for quality in [&full, &limited] {
-            assert_eq!(quality.epsilon, 0.0);
-            let reason = quality.reason.as_ref();
-            assert!(
-                matches!(reason, Some(NotForceClosure::OriginOutside { separation }) if *separation > 0.1)
-            );
-        }
-        assert!(full.volume > 0.0 && limited.volume.is_nan());
-    }
 }

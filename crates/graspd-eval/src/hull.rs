@@ -14,6 +14,7 @@
 //! # Source
 //! C. B. Barber, D. P. Dobkin, H. Huhdanpaa, "The Quickhull algorithm for convex hulls", ACM TOMS 22(4), 1996.
 
+mod body;
 mod certificate;
 mod exact;
 mod expansion;
@@ -23,11 +24,17 @@ mod polytope;
 mod predicates;
 mod quickhull;
 mod simplex;
+mod volume;
 mod wide_integer;
 
 use crate::error::EvaluationError;
+use body::{FramedSum, PointSet, SumOfGroups};
+use certificate::DEPTH_SLACK;
+use expansion::Expansion;
 use frame::{Frame, Start};
 use polytope::{Polytope, Stop};
+
+pub use volume::{HullVolume, VolumeMethod, VolumeSettings, hull_volume};
 
 /// The most facets that a hull may have before [`convex_hull`] gives up: about 256 MB in six dimensions.
 ///
@@ -131,8 +138,11 @@ pub fn convex_hull_limited<const D: usize>(
         }
         Start::Full { frame, simplex } => (frame, simplex),
     };
-    let run = |frame: &Frame<D>| quickhull::quickhull(frame, &simplex, most_facets);
-    let polytope = certified(&mut frame, most_facets, run, |polytope| polytope)?;
+    let run = |frame: &mut Frame<D>| quickhull::quickhull(frame, &simplex, most_facets);
+    let (polytope, is_whole) = certified(&mut frame, run, |(polytope, _)| polytope)?;
+    if !is_whole {
+        return Err(EvaluationError::TooManyFacets { limit: most_facets });
+    }
     Ok(in_input_coordinates(&frame, &polytope))
 }
 
@@ -146,46 +156,122 @@ pub struct DepthBounds {
     pub upper: f64,
 }
 
+/// When the search for the depth of the origin ends.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct DepthSearch {
+    /// Where `upper - lower <= relative_gap * upper`; with 0, both are the depth to within rounding.
+    pub relative_gap: f64,
+    /// Or where the inner polytope would have more facets than this: 130 bytes each.
+    pub most_facets: usize,
+}
+
+impl Default for DepthSearch {
+    fn default() -> Self {
+        Self {
+            relative_gap: 1e-9,
+            most_facets: 500_000,
+        }
+    }
+}
+
+/// What is known of the depth of the origin in a convex body.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum OriginDepth {
+    /// There are no points.
+    Empty,
+    /// The body has no interior: [`HullShape::Flat`].
+    Flat {
+        /// Dimension of its affine hull.
+        affine_dimension: usize,
+    },
+    /// It has one.
+    Between(DepthBounds),
+}
+
 /// Bounds on the depth of the origin in the hull of `points`, without constructing the whole hull: far faster
-/// than [`convex_hull`], above all in many dimensions. `None` for points without interior.
+/// than [`convex_hull`], above all in many dimensions.
 ///
-/// Stops when `upper - lower <= relative_gap * upper`; with `relative_gap` 0 both are the depth to within
-/// rounding. Stops as well when `upper < 0`: then the origin is outside, at least `-upper` away.
+/// An inner polytope grows where it is nearest to the origin, by the point farthest beyond its nearest facet, until
+/// that facet is one of the hull. Stops as well when `upper < 0`: then the origin is outside, at least `-upper` away.
 ///
 /// # Errors
-/// As for [`convex_hull`].
+/// [`EvaluationError::NotFinite`] for a coordinate that is NaN or infinite.
 ///
 /// # Source
 /// The expansion step is that of Y. Zheng, "An efficient algorithm for a grasp quality measure", IEEE T-RO
 /// 29(2), 2013.
-pub fn origin_depth_bounds<const D: usize>(
+pub fn origin_depth<const D: usize>(
     points: &[[f64; D]],
-    relative_gap: f64,
-) -> Result<Option<DepthBounds>, EvaluationError> {
+    search: &DepthSearch,
+) -> Result<OriginDepth, EvaluationError> {
     const { assert!(2 <= D && D <= 6, "hulls are for 2 to 6 dimensions") };
-    let Start::Full { mut frame, simplex } = Frame::start(points)? else {
-        return Ok(None);
+    let (mut frame, simplex) = match Frame::start(points)? {
+        Start::Empty => return Ok(OriginDepth::Empty),
+        Start::Flat { affine_dimension } => return Ok(OriginDepth::Flat { affine_dimension }),
+        Start::Full { frame, simplex } => (frame, simplex),
     };
-    let build = |frame: &Frame<D>| expansion::expand(frame, &simplex, relative_gap, MOST_FACETS);
-    let (bounds, _) = certified(&mut frame, MOST_FACETS, build, |(_, p)| p)?;
-    Ok(Some(bounds))
+    let build = |frame: &mut Frame<D>| {
+        let body = PointSet::new(&frame.points);
+        expansion::expand(
+            frame,
+            &body,
+            &simplex,
+            search.relative_gap,
+            search.most_facets,
+        )
+    };
+    let Expansion { bounds, .. } = certified(&mut frame, build, |found| &found.polytope)?;
+    Ok(OriginDepth::Between(bounds))
+}
+
+/// The same for the Minkowski sum of `conv(0, g)` over the groups g of `group` consecutive points each.
+///
+/// The sum of hundreds of groups has too many corners to list, but its support function is a sum of maxima.
+///
+/// # Errors
+/// As for [`origin_depth`].
+pub fn origin_depth_of_sum<const D: usize>(
+    points: &[[f64; D]],
+    group: usize,
+    search: &DepthSearch,
+) -> Result<OriginDepth, EvaluationError> {
+    const { assert!(2 <= D && D <= 6, "hulls are for 2 to 6 dimensions") };
+    let sum = SumOfGroups::new(points, group);
+    let (mut frame, simplex) = match sum.start()? {
+        Start::Empty => return Ok(OriginDepth::Empty),
+        Start::Flat { affine_dimension } => return Ok(OriginDepth::Flat { affine_dimension }),
+        Start::Full { frame, simplex } => (frame, simplex),
+    };
+    let first = frame.points.len();
+    let build = |frame: &mut Frame<D>| {
+        // A second run begins where the first did.
+        frame.points.truncate(first);
+        let body = FramedSum { sum: &sum };
+        expansion::expand(
+            frame,
+            &body,
+            &simplex,
+            search.relative_gap,
+            search.most_facets,
+        )
+    };
+    let Expansion { bounds, .. } = certified(&mut frame, build, |found| &found.polytope)?;
+    Ok(OriginDepth::Between(bounds))
 }
 
 /// Runs a construction in rounded arithmetic and, if what it makes is not convex, again in exact arithmetic.
 fn certified<const D: usize, R>(
     frame: &mut Frame<D>,
-    most_facets: usize,
-    construct: impl Fn(&Frame<D>) -> Result<R, Stop>,
+    mut construct: impl FnMut(&mut Frame<D>) -> Result<R, Stop>,
     polytope_of: impl Fn(&R) -> &Polytope<D>,
 ) -> Result<R, EvaluationError> {
-    let too_many = || EvaluationError::TooManyFacets { limit: most_facets };
-    match construct(frame) {
-        Ok(result) if certificate::is_convex(frame, polytope_of(&result)) => return Ok(result),
-        Err(Stop::TooManyFacets) => return Err(too_many()),
-        Ok(_) | Err(Stop::Contradiction) => {}
+    if let Ok(result) = construct(frame)
+        && certificate::is_convex(frame, polytope_of(&result), DEPTH_SLACK)
+    {
+        return Ok(result);
     }
     frame.snap_to_grid();
-    construct(frame).map_err(|_| too_many())
+    construct(frame).map_err(|_| EvaluationError::Unresolved)
 }
 
 fn without_interior<const D: usize>(shape: HullShape) -> ConvexHull<D> {

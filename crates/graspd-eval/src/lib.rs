@@ -33,12 +33,13 @@
 //!     Contact { point: Point3::from(outward * radius), normal: -outward }
 //! });
 //! let wrenches = grasp_wrenches(&contacts, 0.8, FRICTION_EDGES, Point3::origin(), radius);
-//! let quality = grasp_quality(&wrenches);
-//! assert!(quality.force_closure);
-//! assert!((quality.epsilon - 0.55).abs() < 0.01);
+//! let epsilon = grasp_quality(&wrenches)?.epsilon;
+//! assert!(epsilon.is_force_closure());
+//! assert!((epsilon.value - 0.55).abs() < 0.01);
 //!
 //! // Two of them cannot resist a torque about the line through both.
-//! assert_eq!(grasp_quality(&wrenches[..2 * FRICTION_EDGES]).epsilon, 0.0);
+//! assert_eq!(grasp_quality(&wrenches[..2 * FRICTION_EDGES])?.epsilon.value, 0.0);
+//! # Ok::<(), graspd_eval::EvaluationError>(())
 //! ```
 
 mod contact_area;
@@ -52,7 +53,6 @@ mod hull;
 mod interpenetration;
 mod penetration;
 mod polygon;
-mod reduction;
 mod report;
 #[cfg(test)]
 mod report_tests;
@@ -68,13 +68,16 @@ pub use displacement::{
     simulate_six_directions,
 };
 pub use error::EvaluationError;
-pub use ferrari_canny::{GraspQuality, NotForceClosure, epsilon_bounds, grasp_quality};
+pub use ferrari_canny::{
+    Epsilon, EpsilonSettings, ForceLimit, GraspQuality, NotForceClosure, ferrari_canny,
+    grasp_quality,
+};
 pub use hull::{
-    ConvexHull, DepthBounds, HullFacet, HullShape, MOST_FACETS, convex_hull, convex_hull_limited,
-    origin_depth_bounds,
+    ConvexHull, DepthBounds, DepthSearch, HullFacet, HullShape, HullVolume, MOST_FACETS,
+    OriginDepth, VolumeMethod, VolumeSettings, convex_hull, convex_hull_limited, hull_volume,
+    origin_depth, origin_depth_of_sum,
 };
 pub use interpenetration::interpenetration_volume_cm3;
-pub use reduction::reduce_contacts;
 pub use report::{GraspMetrics, ObjectUnderTest, evaluate};
 pub use settings::{EvaluationSettings, Metrics};
-pub use wrench_space::{Contact, FRICTION_EDGES, grasp_wrenches, largest_radius};
+pub use wrench_space::{Contact, FRICTION_EDGES, FingerModel, grasp_wrenches, largest_radius};

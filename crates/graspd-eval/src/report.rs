@@ -13,13 +13,13 @@ use crate::displacement::{
     DecompositionSettings, DynamicObject, FixedHand, ObjectPieces, SIX_DIRECTIONS, simulate,
     simulate_six_directions,
 };
-use crate::ferrari_canny::grasp_quality;
+use crate::ferrari_canny::{EpsilonSettings, ForceLimit, ferrari_canny};
+use crate::hull::{VolumeMethod, hull_volume};
 use crate::interpenetration::interpenetration_volume_cm3;
 use crate::penetration::max_penetration_mm;
-use crate::reduction::reduce_contacts;
 use crate::settings::EvaluationSettings;
 use crate::voxels::surface_voxels;
-use crate::wrench_space::{Contact, grasp_wrenches, largest_radius};
+use crate::wrench_space::{Contact, FingerModel, largest_radius};
 
 /// An object with everything about it that all of its grasps share.
 pub struct ObjectUnderTest {
@@ -104,7 +104,7 @@ impl ObjectUnderTest {
             DynamicObject::new(&pieces, center_of_mass, inertia / mass)
         })
     }
-    /// The object's contacts with a posed hand, before reduction.
+    /// The object's contacts with a posed hand.
     ///
     /// # Errors
     /// As [`evaluate`].
@@ -137,10 +137,16 @@ pub struct GraspMetrics {
     pub interpenetration_volume_cm3: Option<f64>,
     /// Their ratio \[1/cm\]; `None` also where the hand does not penetrate at all.
     pub ca_over_iv: Option<f64>,
-    /// Ferrari and Canny's epsilon.
+    /// Ferrari and Canny's epsilon over all contacts: the lower of two bounds, which agree to 1e-9 (L1).
     pub epsilon: Option<f64>,
-    /// Volume of the grasp wrench space.
+    /// The upper bound on epsilon.
+    pub epsilon_upper: Option<f64>,
+    /// Why epsilon is 0; `None` where it is not.
+    pub epsilon_reason: Option<String>,
+    /// Volume of the grasp wrench space: exact, or an estimate where it has too many facets.
     pub gws_volume: Option<f64>,
+    /// The 95 % confidence interval of an estimated volume; `None` for an exact one.
+    pub gws_volume_interval: Option<[f64; 2]>,
     /// How far the object moves under gravity while the hand is fixed \[cm\].
     pub sim_displacement_cm: Option<f64>,
     /// The mean of that over gravity along each of the six axis directions \[cm\].
@@ -186,18 +192,7 @@ pub fn evaluate(
         }
         if wanted.wrench_space {
             let all = contacts(&voxels, half, &object.distance, settings.contact_tolerance);
-            let reduced = reduce_contacts(&all, settings.most_contacts);
-            let wrenches = grasp_wrenches(
-                &reduced,
-                settings.friction,
-                settings.friction_edges,
-                object.center_of_mass(),
-                object.torque_scale,
-            );
-            let quality = grasp_quality(&wrenches);
-            metrics.contacts = Some(all.len());
-            metrics.epsilon = Some(quality.epsilon);
-            metrics.gws_volume = Some(quality.volume);
+            wrench_space_metrics(&mut metrics, object, &all, settings)?;
         }
     }
     if let (Some(area), Some(volume)) = (
@@ -237,6 +232,38 @@ pub fn evaluate(
         }
     }
     Ok(metrics)
+}
+
+/// Epsilon and volume over all contacts.
+fn wrench_space_metrics(
+    metrics: &mut GraspMetrics,
+    object: &ObjectUnderTest,
+    contacts: &[Contact],
+    settings: &EvaluationSettings,
+) -> Result<(), EvaluationError> {
+    let finger = FingerModel {
+        friction: settings.friction,
+        edges: settings.friction_edges,
+        torsional_friction: settings.torsional_friction,
+    };
+    let torque_scale = settings.torque_scale.unwrap_or(object.torque_scale);
+    let wrenches = finger.wrenches(contacts, object.center_of_mass(), torque_scale);
+    let epsilon_settings = match settings.force_limit {
+        ForceLimit::Sum => EpsilonSettings::sum(),
+        ForceLimit::Each => EpsilonSettings::each(finger.wrenches_per_contact()),
+    };
+    let epsilon = ferrari_canny(&wrenches, &epsilon_settings)?;
+    let volume = hull_volume(&wrenches, &settings.volume)?;
+    metrics.contacts = Some(contacts.len());
+    metrics.epsilon = Some(epsilon.value);
+    metrics.epsilon_upper = Some(epsilon.upper);
+    metrics.epsilon_reason = epsilon.reason.map(|reason| reason.to_string());
+    metrics.gws_volume = Some(volume.value);
+    metrics.gws_volume_interval = match volume.method {
+        VolumeMethod::Exact => None,
+        VolumeMethod::Sampled { .. } => Some([volume.lower, volume.upper]),
+    };
+    Ok(())
 }
 
 /// Largest hand \[m\]: one whose coordinates are not in metres would ask for more voxels than there is time for.

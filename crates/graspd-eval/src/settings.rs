@@ -6,6 +6,8 @@ use serde::{Deserialize, Serialize};
 
 use crate::EvaluationError;
 use crate::displacement::DisplacementSettings;
+use crate::ferrari_canny::ForceLimit;
+use crate::hull::VolumeSettings;
 use crate::wrench_space::FRICTION_EDGES;
 
 /// Which metrics to compute; default: all.
@@ -97,8 +99,16 @@ pub struct EvaluationSettings {
     pub friction: f64,
     /// Edges of the friction pyramids of the wrench space.
     pub friction_edges: usize,
-    /// Most contacts that the wrench space is made of; more are reduced to that many well-spread ones.
-    pub most_contacts: usize,
+    /// Largest torque about the normal per unit of normal force \[m\]: 0 for hard fingers, whose contacts are points.
+    pub torsional_friction: f64,
+    /// What torques are divided by to be commensurate with forces \[m\]; by default the largest distance of the
+    /// object's surface from its centre of mass.
+    pub torque_scale: Option<f64>,
+    /// Whether the normal forces that epsilon allows are limited in sum (L1, the paper's) or each (L-infinity). The
+    /// volume is always that of the former's wrench space.
+    pub force_limit: ForceLimit,
+    /// The effort for the wrench space's volume.
+    pub volume: VolumeSettings,
     /// The simulation's protocol.
     pub displacement: DisplacementSettings,
 }
@@ -112,7 +122,10 @@ impl Default for EvaluationSettings {
             contact_tolerance: 0.5e-3,
             friction: 0.8,
             friction_edges: FRICTION_EDGES,
-            most_contacts: 64,
+            torsional_friction: 0.0,
+            torque_scale: None,
+            force_limit: ForceLimit::Sum,
+            volume: VolumeSettings::default(),
             displacement: DisplacementSettings::default(),
         }
     }
@@ -157,8 +170,16 @@ impl EvaluationSettings {
         check("friction", self.friction, 0.0, 10.0, "between 0 and 10")?;
         let edges = self.friction_edges as f64;
         check("friction_edges", edges, 3.0, 64.0, "between 3 and 64")?;
-        let most = self.most_contacts as f64;
-        check("most_contacts", most, 1.0, 1000.0, "between 1 and 1000")?;
+        let torsional = self.torsional_friction;
+        let range = "between 0 and 1 (metres)";
+        check("torsional_friction", torsional, 0.0, 1.0, range)?;
+        if let Some(scale) = self.torque_scale {
+            let range = "between 0.0001 and 100 (metres)";
+            check("torque_scale", scale, 1e-4, 100.0, range)?;
+        }
+        let width = self.volume.relative_half_width;
+        let range = "between 0.0001 and 1";
+        check("volume.relative_half_width", width, 1e-4, 1.0, range)?;
         self.displacement.validate()
     }
 

@@ -14,20 +14,99 @@ pub struct Contact {
     pub normal: Vector3<f64>,
 }
 
-/// The wrenches `(f; (p - c) x f / s)` of unit normal force at each contact, along the edges of its friction
-/// pyramid: hard fingers with Coulomb friction.
-///
-/// The edges of a pyramid are `f = n + mu t_k` with `edges` unit tangents t_k at equal angles, so the normal
-/// component of every f is exactly 1; `edges` below 3 counts as 3. Without friction (`friction <= 0`) each
-/// contact has the one wrench of f = n. c is the object's centre of mass \[m\]; the torque scale s \[m\],
-/// usually [`largest_radius`], makes torques commensurate with forces. Wrenches are `[fx, fy, fz, tx, ty, tz]`,
-/// contact by contact.
-///
-/// Normals are brought to unit length first; that of a contact with normal 0 stays 0. What is not finite in
-/// the input is not finite in the wrenches either.
-///
-/// # Source
-/// C. Ferrari, J. Canny, "Planning optimal grasps", ICRA 1992.
+/// What a finger can exert at a contact per unit of normal force.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FingerModel {
+    /// Coulomb friction coefficient mu.
+    pub friction: f64,
+    /// Edges of the friction pyramid; below 3 counts as 3.
+    pub edges: usize,
+    /// Largest torque about the normal per unit of normal force \[m\], 0 for a hard finger. A round patch of radius
+    /// a under even pressure has 2/3 mu a.
+    pub torsional_friction: f64,
+}
+
+impl FingerModel {
+    /// A point contact with Coulomb friction.
+    pub fn hard(friction: f64, edges: usize) -> Self {
+        Self {
+            friction,
+            edges,
+            torsional_friction: 0.0,
+        }
+    }
+
+    /// How many wrenches stand for each contact.
+    pub fn wrenches_per_contact(&self) -> usize {
+        self.generators().len()
+    }
+
+    /// The wrenches `(f; ((p - c) x f + m n) / s)` of unit normal force at each contact that span what the finger
+    /// can exert.
+    ///
+    /// The edges of a hard finger's pyramid are `f = n + mu t_k` with `edges` unit tangents t_k at equal angles, so
+    /// the normal component of every f is exactly 1. Without friction (`friction <= 0`) there is the one wrench of
+    /// f = n. A soft finger's friction force f_t and torque m about the normal share one limit,
+    /// `(|f_t| / mu)^2 + (m / gamma)^2 <= 1` with gamma the torsional friction; beside the hard finger's edges at
+    /// m = 0 it has as many at each of `m = +-gamma / sqrt(2)`, with `|f_t| = mu / sqrt(2)`, and f = n with m = +-gamma.
+    ///
+    /// c is the object's centre of mass \[m\]; the torque scale s \[m\], usually [`largest_radius`], makes torques
+    /// commensurate with forces. Wrenches are `[fx, fy, fz, tx, ty, tz]`, contact by contact.
+    ///
+    /// Normals are brought to unit length first; that of a contact with normal 0 stays 0. What is not finite in
+    /// the input is not finite in the wrenches either.
+    ///
+    /// # Source
+    /// C. Ferrari, J. Canny, "Planning optimal grasps", ICRA 1992; the ellipsoid of soft fingers: R. D. Howe,
+    /// M. R. Cutkosky, "Practical force-motion models for sliding manipulation", IJRR 15(6), 1996.
+    pub fn wrenches(
+        &self,
+        contacts: &[Contact],
+        center_of_mass: Point3<f64>,
+        torque_scale: f64,
+    ) -> Vec<[f64; 6]> {
+        let generators = self.generators();
+        let mut wrenches = Vec::with_capacity(contacts.len() * generators.len());
+        for contact in contacts {
+            let length = contact.normal.norm();
+            let normal = contact.normal / if length == 0.0 { 1.0 } else { length };
+            let arm = (contact.point - center_of_mass) / torque_scale;
+            let (first, second) = tangents(normal);
+            wrenches.extend(generators.iter().map(|[along_first, along_second, twist]| {
+                let force = normal + first * *along_first + second * *along_second;
+                let torque = arm.cross(&force) + normal * (twist / torque_scale);
+                [force.x, force.y, force.z, torque.x, torque.y, torque.z]
+            }));
+        }
+        wrenches
+    }
+
+    /// Two tangential forces and the torque about the normal \[m\] of each wrench, per unit of normal force.
+    fn generators(&self) -> Vec<[f64; 3]> {
+        let has_friction = self.friction.is_nan() || self.friction > 0.0;
+        let twist = self.torsional_friction;
+        let ring = |share: f64, twist: f64| {
+            let count = if has_friction { self.edges.max(3) } else { 0 };
+            (0..count).map(move |k| {
+                let (sine, cosine) = (std::f64::consts::TAU * k as f64 / count as f64).sin_cos();
+                let tangential = self.friction * share;
+                [cosine * tangential, sine * tangential, twist]
+            })
+        };
+        let mut generators: Vec<_> = ring(1.0, 0.0).collect();
+        if twist.is_nan() || twist > 0.0 {
+            let half = std::f64::consts::FRAC_1_SQRT_2;
+            generators.extend(ring(half, half * twist));
+            generators.extend(ring(half, -half * twist));
+            generators.extend([[0.0, 0.0, twist], [0.0, 0.0, -twist]]);
+        } else if !has_friction {
+            generators.push([0.0; 3]);
+        }
+        generators
+    }
+}
+
+/// The wrenches of hard fingers: [`FingerModel::wrenches`] of [`FingerModel::hard`].
 pub fn grasp_wrenches(
     contacts: &[Contact],
     friction: f64,
@@ -35,28 +114,7 @@ pub fn grasp_wrenches(
     center_of_mass: Point3<f64>,
     torque_scale: f64,
 ) -> Vec<[f64; 6]> {
-    let is_frictionless = friction <= 0.0;
-    let edges = if is_frictionless { 1 } else { edges.max(3) };
-    let mut wrenches = Vec::with_capacity(contacts.len() * edges);
-    for contact in contacts {
-        let length = contact.normal.norm();
-        let normal = contact.normal / if length == 0.0 { 1.0 } else { length };
-        let arm = (contact.point - center_of_mass) / torque_scale;
-        let mut push = |force: Vector3<f64>| {
-            let torque = arm.cross(&force);
-            wrenches.push([force.x, force.y, force.z, torque.x, torque.y, torque.z]);
-        };
-        if is_frictionless {
-            push(normal);
-            continue;
-        }
-        let (first, second) = tangents(normal);
-        for k in 0..edges {
-            let (sine, cosine) = (std::f64::consts::TAU * k as f64 / edges as f64).sin_cos();
-            push(normal + (first * cosine + second * sine) * friction);
-        }
-    }
-    wrenches
+    FingerModel::hard(friction, edges).wrenches(contacts, center_of_mass, torque_scale)
 }
 
 /// The largest distance of any of the points from the centre \[m\]: the usual scale of torques, with the

@@ -3,7 +3,7 @@
 //! `cargo test -p graspd-eval --features qhull-oracle`; building Qhull needs libclang.
 #![cfg(feature = "qhull-oracle")]
 
-use graspd_eval::{Contact, convex_hull, epsilon_bounds, grasp_wrenches};
+use graspd_eval::{Contact, EpsilonSettings, convex_hull, ferrari_canny, grasp_wrenches};
 use nalgebra::{DMatrix, Point3, Vector3};
 use proptest::prelude::*;
 use qhull::Qh;
@@ -86,7 +86,7 @@ fn check_grasp(contacts: &[Contact], friction: f64, edges: usize) {
         .unwrap()
         .origin_depth()
         .unwrap_or(0.0);
-    let bounds = epsilon_bounds(&wrenches, 0.0).unwrap();
+    let bounds = ferrari_canny(&wrenches, &EpsilonSettings::sum()).unwrap();
     assert!((bounds.lower - depth.max(0.0)).abs() < AGREEMENT);
     assert!((bounds.upper - depth.max(0.0)).abs() < AGREEMENT);
 }

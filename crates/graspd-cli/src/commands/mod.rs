@@ -2,6 +2,7 @@
 
 pub(crate) mod cache;
 pub(crate) mod eval;
+pub(crate) mod gws;
 pub(crate) mod hands;
 pub(crate) mod input;
 pub(crate) mod objects;

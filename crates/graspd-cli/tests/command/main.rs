@@ -16,3 +16,4 @@ mod run_extras;
 mod run_folder;
 mod shared_run;
 mod streams;
+mod wrench_sets;

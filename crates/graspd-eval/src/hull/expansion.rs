@@ -4,6 +4,7 @@ use std::cmp::Ordering;
 use std::collections::BinaryHeap;
 
 use super::DepthBounds;
+use super::body::Body;
 use super::frame::Frame;
 use super::hyperplane::dot;
 use super::polytope::{Polytope, Stop};
@@ -39,18 +40,27 @@ impl PartialEq for Queued {
 }
 impl Eq for Queued {}
 
-/// Expands the simplex at its facet nearest to the origin, by the point that lies farthest beyond that facet,
-/// until that facet is one of the hull or the bounds are within `relative_gap` of each other.
+/// What an expansion found.
+pub(super) struct Expansion<const D: usize> {
+    /// Bounds on the depth of the origin, in input units.
+    pub(super) bounds: DepthBounds,
+    pub(super) polytope: Polytope<D>,
+}
+
+/// Expands the simplex at its facet nearest to the origin, by the point of the body that lies farthest beyond that
+/// facet, until that facet is one of the body or the bounds are within `relative_gap` of each other.
 ///
-/// The polytope lies within the hull, so its nearest facet bounds the depth from below. A hyperplane beyond
-/// which no point lies holds the hull on one side, so its distance bounds the depth from above. A negative
-/// upper bound ends the search: a hyperplane separates the origin from the hull.
+/// The polytope lies within the body, so its nearest facet bounds the depth from below. A hyperplane beyond
+/// which no point lies holds the body on one side, so its distance bounds the depth from above. A negative
+/// upper bound ends the search: a hyperplane separates the origin from the body. So does a polytope of more than
+/// `most_facets`, with the bounds reached by then.
 pub(super) fn expand<const D: usize>(
-    frame: &Frame<D>,
+    frame: &mut Frame<D>,
+    body: &impl Body<D>,
     simplex: &[u32],
     relative_gap: f64,
     most_facets: usize,
-) -> Result<(DepthBounds, Polytope<D>), Stop> {
+) -> Result<Expansion<D>, Stop> {
     let mut polytope = Polytope::simplex(frame, simplex, most_facets)?;
     let mut is_vertex = vec![false; frame.points.len()];
     for &corner in simplex {
@@ -72,22 +82,28 @@ pub(super) fn expand<const D: usize>(
             break upper;
         };
         let facet = polytope.facet(nearest.slot);
-        let (point, support) = farthest_along(&frame.points, &facet.normal);
+        let point = body.farthest(frame, &facet.normal);
+        let support = dot(&facet.normal, &frame.points[point as usize]);
         upper = upper.min(nearest.depth + (support - facet.offset).max(0.0));
         let is_final = frame.height(facet, point) <= 0.0;
         if is_final || upper < 0.0 || upper - nearest.depth <= relative_gap * upper {
             break nearest.depth;
         }
+        is_vertex.resize(frame.points.len(), false);
         if std::mem::replace(&mut is_vertex[point as usize], true) {
             return Err(Stop::Contradiction);
         }
-        polytope.insert(frame, point, nearest.slot)?;
+        match polytope.insert(frame, point, nearest.slot) {
+            // The polytope is as it was before.
+            Err(Stop::TooManyFacets) => break nearest.depth,
+            result => result?,
+        }
     };
     let bounds = DepthBounds {
         lower: lower * frame.scale,
         upper: upper * frame.scale,
     };
-    Ok((bounds, polytope))
+    Ok(Expansion { bounds, polytope })
 }
 
 /// The first of the queue that has not given way since.
@@ -96,16 +112,4 @@ fn pop_current<const D: usize>(
     polytope: &Polytope<D>,
 ) -> Option<Queued> {
     std::iter::from_fn(|| queue.pop()).find(|queued| polytope.holds(queued.slot, queued.birth))
-}
-
-/// The point with the greatest component along the direction, and that component.
-fn farthest_along<const D: usize>(points: &[[f64; D]], direction: &[f64; D]) -> (u32, f64) {
-    let mut best = (0, f64::NEG_INFINITY);
-    for (index, point) in points.iter().enumerate() {
-        let component = dot(direction, point);
-        if component > best.1 {
-            best = (index as u32, component);
-        }
-    }
-    best
 }

@@ -21,7 +21,7 @@ pub(super) struct Frame<const D: usize> {
     /// A power of two, so that scaling is exact.
     pub(super) scale: f64,
     /// A point well inside the hull.
-    interior: [f64; D],
+    pub(super) interior: [f64; D],
     /// How far above a hyperplane a point must be to count as above, while predicates are rounded.
     pub(super) tolerance: f64,
     pub(super) is_exact: bool,
@@ -100,6 +100,11 @@ impl<const D: usize> Frame<D> {
             is_exact: false,
         };
         Ok(Start::Full { frame, simplex })
+    }
+
+    /// A point of the input's space in working coordinates.
+    pub(super) fn in_frame(&self, point: &[f64; D]) -> [f64; D] {
+        difference(point, &self.middle).map(|x| x / self.scale)
     }
 
     /// Moves the points onto the integer grid and makes all predicates exact from now on.

@@ -4,7 +4,8 @@ use super::frame::Frame;
 use super::polytope::{NONE, Polytope, Stop};
 use super::predicates::Predicates;
 
-/// Grows the simplex until no point is outside.
+/// Grows the simplex until no point is outside; `false` where that would take more than `most_facets`, with the
+/// polytope of the points taken in by then.
 ///
 /// A point that is outside belongs to one of the facets that it is above; a facet's points form a linked list
 /// that begins with the farthest. When facets give way, their points move to new facets, or turn out inside.
@@ -12,7 +13,7 @@ pub(super) fn quickhull<const D: usize>(
     frame: &Frame<D>,
     simplex: &[u32],
     most_facets: usize,
-) -> Result<Polytope<D>, Stop> {
+) -> Result<(Polytope<D>, bool), Stop> {
     let mut polytope = Polytope::simplex(frame, simplex, most_facets)?;
     let mut outside = OutsideSets {
         next: vec![NONE; frame.points.len()],
@@ -31,10 +32,13 @@ pub(super) fn quickhull<const D: usize>(
             continue;
         }
         polytope.facet_mut(slot).outside = outside.next[point as usize];
-        polytope.insert(frame, point, slot)?;
+        match polytope.insert(frame, point, slot) {
+            Err(Stop::TooManyFacets) => return Ok((polytope, false)),
+            result => result?,
+        }
         outside.redistribute(frame, &mut polytope);
     }
-    Ok(polytope)
+    Ok((polytope, true))
 }
 
 /// The points that are not in the polytope yet.

@@ -19,11 +19,24 @@ fn exact_hull<const D: usize>(points: &[[f64; D]]) -> ConvexHull<D> {
     match Frame::start(points).expect("finite points") {
         Start::Full { mut frame, simplex } => {
             frame.snap_to_grid();
-            let polytope = quickhull::quickhull(&frame, &simplex, MOST_FACETS).expect("a hull");
+            let (polytope, _) =
+                quickhull::quickhull(&frame, &simplex, MOST_FACETS).expect("a hull");
             in_input_coordinates(&frame, &polytope)
         }
         Start::Flat { affine_dimension } => without_interior(HullShape::Flat { affine_dimension }),
         Start::Empty => without_interior(HullShape::Empty),
+    }
+}
+
+/// Bounds on the depth of the origin; `None` for points without interior.
+fn bounds<const D: usize>(points: &[[f64; D]], relative_gap: f64) -> Option<DepthBounds> {
+    let search = DepthSearch {
+        relative_gap,
+        most_facets: MOST_FACETS,
+    };
+    match origin_depth(points, &search).expect("finite points") {
+        OriginDepth::Between(bounds) => Some(bounds),
+        OriginDepth::Empty | OriginDepth::Flat { .. } => None,
     }
 }
 
@@ -220,6 +233,34 @@ fn grasps_of_a_can_are_the_same_in_both_runs() {
     }
 }
 
+#[test]
+fn a_search_cut_short_still_brackets_the_depth() {
+    let mut noise = noise_source();
+    let mut point = || -> [f64; 6] {
+        let raw: [f64; 6] = std::array::from_fn(|_| noise());
+        let length = hyperplane::dot(&raw, &raw).sqrt();
+        raw.map(|x| x / length)
+    };
+    let points: Vec<_> = (0..100).map(|_| point()).collect();
+    let depth = bounds(&points, 0.0).expect("an interior").lower;
+    let mut last = f64::INFINITY;
+    for most_facets in [100, 1000, 10_000] {
+        let search = DepthSearch {
+            relative_gap: 0.0,
+            most_facets,
+        };
+        let OriginDepth::Between(cut) = origin_depth(&points, &search).expect("finite points")
+        else {
+            panic!("points in general position have an interior");
+        };
+        assert!(cut.lower <= depth + ROUNDING && depth <= cut.upper + ROUNDING);
+        let gap = cut.upper - cut.lower;
+        assert!(gap <= last, "{gap} after {last}");
+        last = gap;
+    }
+    assert!(last < 0.1 * depth, "{last}");
+}
+
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(64))]
 
@@ -247,17 +288,48 @@ proptest! {
     ) {
         let points: Vec<[f64; 5]> = raw.iter().map(|p| p.map(|x| x + shift)).collect();
         let depth = convex_hull(&points).unwrap().origin_depth();
-        let bounds = origin_depth_bounds(&points, 0.0).unwrap();
-        match (depth, bounds) {
-            (Some(depth), Some(bounds)) if depth > 0.0 => {
-                prop_assert!((bounds.lower - depth).abs() < 1e-10);
-                prop_assert!((bounds.upper - depth).abs() < 1e-10);
-                let loose = origin_depth_bounds(&points, 0.3).unwrap().unwrap();
+        match (depth, bounds(&points, 0.0)) {
+            (Some(depth), Some(tight)) if depth > 0.0 => {
+                prop_assert!((tight.lower - depth).abs() < 1e-10);
+                prop_assert!((tight.upper - depth).abs() < 1e-10);
+                let loose = bounds(&points, 0.3).unwrap();
                 prop_assert!(loose.lower <= depth + 1e-10 && depth <= loose.upper + 1e-10);
                 prop_assert!(loose.upper - loose.lower <= 0.3 * loose.upper + 1e-10);
             }
-            (Some(depth), Some(bounds)) => prop_assert!(depth <= bounds.upper + 1e-10 && bounds.upper <= 1e-10),
-            (depth, bounds) => prop_assert_eq!(depth.is_some(), bounds.is_some()),
+            (Some(depth), Some(tight)) => {
+                prop_assert!(depth <= tight.upper + 1e-10 && tight.upper <= 1e-10);
+            }
+            (depth, tight) => prop_assert_eq!(depth.is_some(), tight.is_some()),
+        }
+    }
+
+    /// All sums of one of 0 and two points for each of up to five groups: few enough to list.
+    #[test]
+    fn the_sum_of_groups_is_the_hull_of_all_sums(
+        raw in prop::collection::vec(prop::array::uniform3(-4i8..5), 2..10),
+        scale in 0.1f64..10.0,
+    ) {
+        let points: Vec<[f64; 3]> = raw.iter().map(|p| p.map(|x| scale * f64::from(x))).collect();
+        let mut sums = vec![[0.0; 3]];
+        for group in points.chunks(2) {
+            let mut next = sums.clone();
+            for point in group {
+                next.extend(sums.iter().map(|sum| -> [f64; 3] { std::array::from_fn(|k| sum[k] + point[k]) }));
+            }
+            sums = next;
+        }
+        let search = DepthSearch { relative_gap: 0.0, most_facets: MOST_FACETS };
+        let listed = origin_depth(&sums, &search).unwrap();
+        let implied = origin_depth_of_sum(&points, 2, &search).unwrap();
+        match (listed, implied) {
+            (OriginDepth::Between(a), OriginDepth::Between(b)) => {
+                let tolerance = 1e-10 * scale;
+                // An upper bound rounded below 0 ends the search before the lower one gets there.
+                let is_inside = a.upper > tolerance;
+                prop_assert!(!is_inside || (a.lower - b.lower).abs() < tolerance, "{a:?} {b:?}");
+                prop_assert!((a.upper - b.upper).abs() < tolerance, "{a:?} {b:?}");
+            }
+            (a, b) => prop_assert_eq!(a, b),
         }
     }
 }
