@@ -187,8 +187,8 @@ fn parse(text: &str) -> Result<Vec<[f64; 6]>> {
     Ok(wrenches)
 }
 
-/// Whether the line holds names: no field of it is a number.
+/// Whether the line names six columns: no field of it is a number.
 fn is_header(line: &str) -> bool {
-    line.split(',')
-        .all(|field| field.trim().parse::<f64>().is_err())
+    let mut fields = line.split(',');
+    line.split(',').count() == 6 && fields.all(|field| field.trim().parse::<f64>().is_err())
 }
