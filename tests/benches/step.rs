@@ -3,139 +3,62 @@
 //! `cargo bench -p graspd-tests --bench step`, with `-- --quick` for a first look. Every name states the backend:
 //! `f64 scalar` evaluates one contact at a time, `f32 avx2` (or what the processor has) eight.
 
+mod setting;
+
 use std::hint::black_box;
 use std::time::{Duration, Instant};
 
 use criterion::measurement::WallTime;
 use criterion::{BenchmarkGroup, Criterion, Throughput, criterion_group, criterion_main};
-use graspd::{GraspObject, Losses, NamedMesh, SynthesisSettings, draw_start, synthesize};
+use graspd::{Losses, SynthesisSettings, synthesize};
 use graspd_geom::SdfGrid;
-use graspd_hand::{
-    Hand, HandPose, HandScratch, Kinematics, PointBuffer, PoseGradient, builtin_hand,
-};
-use graspd_sim::{Precision, Scene, SimulationParams};
+use graspd_hand::{Hand, HandPose, HandScratch, Kinematics, PointBuffer, PoseGradient};
+use graspd_sim::Precision;
 
-/// Samples of the mug's distance grid along each axis.
-const GRID: usize = 128;
+use setting::{Setting, fast_backend, object};
+
 /// Samples of the grids whose making is measured.
 const BUILT_GRID: usize = 64;
-/// Steps after which the hand is at the object.
-const APPROACH_STEPS: usize = 700;
 /// Padding of the grids \[m\].
 const PADDING: f64 = 0.01;
-/// Density of the objects \[kg/m^3\].
-const DENSITY: f64 = 1000.0;
-
-/// A hand at an object.
-struct Bench {
-    hand: Box<dyn Hand>,
-    object: GraspObject,
-    settings: SynthesisSettings,
-    simulation: SimulationParams,
-    pose: HandPose,
-}
-
-impl Bench {
-    fn new() -> Self {
-        let hand = builtin_hand("allegro").expect("it is built in");
-        let object = object("mug", GRID);
-        let approach = SynthesisSettings::paper().with_steps(APPROACH_STEPS);
-        let start = draw_start(&object, &*hand, &approach, 0, 0).expect("it has a surface");
-        let reached = synthesize::<f32>(
-            &*hand,
-            &object.simulated,
-            start,
-            &approach,
-            &mut |_, _, _| {},
-        );
-        // From here on as at the end of a run: constant rates, the object undilated.
-        let settings = SynthesisSettings {
-            smoothing_steps: 0,
-            ..SynthesisSettings::paper()
-        };
-        Self {
-            simulation: settings.simulation(),
-            pose: reached.expect("the preset is valid").pose,
-            hand,
-            object,
-            settings,
-        }
-    }
-
-    /// Hand and counts, as names of benchmarks give them.
-    fn size(&self) -> String {
-        let contacts = self.hand.contact_points().count;
-        let velocities = self.simulation.velocities.len();
-        format!("allegro {contacts} contacts x {velocities} velocities, mug {GRID}^3")
-    }
-
-    fn scene<E: Precision>(&self) -> Scene<'_, E>
-    where
-        for<'h> dyn Hand + 'h: Kinematics<E>,
-    {
-        let mut scene = Scene::new(&*self.hand, &self.object.simulated, &self.simulation);
-        scene.place(&self.pose);
-        scene
-    }
-
-    /// The time of `count` steps, force step and pose step each, between the first observation and the last.
-    fn time_steps<E: Precision>(&self, count: u64) -> Duration
-    where
-        for<'h> dyn Hand + 'h: Kinematics<E>,
-    {
-        let settings = SynthesisSettings {
-            steps: count as usize + 1,
-            ..self.settings.clone()
-        };
-        let (mut first, mut last) = (None, None);
-        let mut observe = |_: usize, _: &HandPose, _: &Losses| {
-            let now = Instant::now();
-            first.get_or_insert(now);
-            last = Some(now);
-        };
-        let (object, start) = (&self.object.simulated, self.pose.clone());
-        let made = synthesize::<E>(&*self.hand, object, start, &settings, &mut observe);
-        black_box(made.expect("the settings are valid"));
-        let between = last.zip(first).map(|(last, first)| last - first);
-        between.unwrap_or_default()
-    }
-}
-
-fn object(name: &str, resolution: usize) -> GraspObject {
-    let source = NamedMesh::load(name, 1.0).expect("it is built in");
-    GraspObject::prepare(source, resolution, DENSITY, &|_| {}).expect("it has a volume")
-}
-
-/// The instructions that contacts are evaluated with in single precision.
-fn fast_backend() -> &'static str {
-    #[cfg(target_arch = "x86_64")]
-    {
-        if std::is_x86_feature_detected!("avx2") {
-            "f32 avx2"
-        } else {
-            "f32 sse2"
-        }
-    }
-    #[cfg(not(target_arch = "x86_64"))]
-    "f32 arrays of 8"
+/// The time of `count` steps, force step and pose step each, between the first observation and the last.
+fn time_steps<E: Precision>(bench: &Setting, count: u64) -> Duration
+where
+    for<'h> dyn Hand + 'h: Kinematics<E>,
+{
+    let settings = SynthesisSettings {
+        steps: count as usize + 1,
+        ..bench.settings.clone()
+    };
+    let (mut first, mut last) = (None, None);
+    let mut observe = |_: usize, _: &HandPose, _: &Losses| {
+        let now = Instant::now();
+        first.get_or_insert(now);
+        last = Some(now);
+    };
+    let (object, start) = (&bench.object.simulated, bench.pose.clone());
+    let made = synthesize::<E>(&*bench.hand, object, start, &settings, &mut observe);
+    black_box(made.expect("the settings are valid"));
+    let between = last.zip(first).map(|(last, first)| last - first);
+    between.unwrap_or_default()
 }
 
 const REFERENCE_BACKEND: &str = "f64 scalar";
 
 fn synthesis_step(criterion: &mut Criterion) {
-    let bench = Bench::new();
+    let bench = Setting::new();
     let mut group = criterion.benchmark_group(format!("synthesis step, {}", bench.size()));
     group.bench_function(REFERENCE_BACKEND, |b| {
-        b.iter_custom(|count| bench.time_steps::<f64>(count));
+        b.iter_custom(|count| time_steps::<f64>(&bench, count));
     });
     group.bench_function(fast_backend(), |b| {
-        b.iter_custom(|count| bench.time_steps::<f32>(count));
+        b.iter_custom(|count| time_steps::<f32>(&bench, count));
     });
     group.finish();
 }
 
 fn contact_kernels(criterion: &mut Criterion) {
-    fn wrenches<E: Precision>(group: &mut BenchmarkGroup<'_, WallTime>, bench: &Bench, name: &str)
+    fn wrenches<E: Precision>(group: &mut BenchmarkGroup<'_, WallTime>, bench: &Setting, name: &str)
     where
         for<'h> dyn Hand + 'h: Kinematics<E>,
     {
@@ -144,7 +67,7 @@ fn contact_kernels(criterion: &mut Criterion) {
     }
     fn physics_loss<E: Precision>(
         group: &mut BenchmarkGroup<'_, WallTime>,
-        bench: &Bench,
+        bench: &Setting,
         name: &str,
     ) where
         for<'h> dyn Hand + 'h: Kinematics<E>,
@@ -153,7 +76,7 @@ fn contact_kernels(criterion: &mut Criterion) {
         let targets = vec![E::constant(0.5); scene.wrench_len()];
         group.bench_function(name, |b| b.iter(|| scene.physics_loss(black_box(&targets))));
     }
-    let bench = Bench::new();
+    let bench = Setting::new();
     let contacts = bench.hand.contact_points().count as u64;
 
     let mut group = criterion.benchmark_group(format!("contact wrenches, {}", bench.size()));
@@ -180,7 +103,7 @@ impl<E: Precision> Placed<E>
 where
     for<'h> dyn Hand + 'h: Kinematics<E>,
 {
-    fn new(bench: &Bench) -> Self {
+    fn new(bench: &Setting) -> Self {
         let hand = &bench.hand;
         let mut placed = Self {
             scratch: hand.new_scratch(),
@@ -191,7 +114,7 @@ where
         placed
     }
 
-    fn forward(&mut self, bench: &Bench) {
+    fn forward(&mut self, bench: &Setting) {
         let (scratch, contacts, spheres) =
             (&mut self.scratch, &mut self.contacts, &mut self.spheres);
         let pose = black_box(&bench.pose);
@@ -200,14 +123,14 @@ where
 }
 
 fn kinematics(criterion: &mut Criterion) {
-    fn forward<E: Precision>(group: &mut BenchmarkGroup<'_, WallTime>, bench: &Bench, name: &str)
+    fn forward<E: Precision>(group: &mut BenchmarkGroup<'_, WallTime>, bench: &Setting, name: &str)
     where
         for<'h> dyn Hand + 'h: Kinematics<E>,
     {
         let mut placed = Placed::<E>::new(bench);
         group.bench_function(name, |b| b.iter(|| placed.forward(bench)));
     }
-    fn pullback<E: Precision>(group: &mut BenchmarkGroup<'_, WallTime>, bench: &Bench, name: &str)
+    fn pullback<E: Precision>(group: &mut BenchmarkGroup<'_, WallTime>, bench: &Setting, name: &str)
     where
         for<'h> dyn Hand + 'h: Kinematics<E>,
     {
@@ -234,7 +157,7 @@ fn kinematics(criterion: &mut Criterion) {
             });
         });
     }
-    let bench = Bench::new();
+    let bench = Setting::new();
     let size = format!("allegro {} contacts", bench.hand.contact_points().count);
 
     let mut group = criterion.benchmark_group(format!("kinematics forward, {size}"));

@@ -1,5 +1,6 @@
 //! Project automation: `cargo xtask ci`.
 
+mod bench;
 mod ci;
 mod duplicates;
 mod edges;
@@ -12,7 +13,9 @@ use std::process::ExitCode;
 const USAGE: &str = "\
 usage: cargo xtask <command>
 
-  ci    format, layering and source rules, clippy, documentation, doctests, tests";
+  ci    format, layering and source rules, clippy, documentation, doctests, tests
+  bench [--save NAME]
+        processor times of a synthesis step by each backend, as one table; NAME keeps them for criterion";
 
 fn main() -> ExitCode {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
@@ -20,6 +23,8 @@ fn main() -> ExitCode {
     // The manifest's folder at compile time: xtask is always run from a checkout.
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
     match words.as_slice() {
+        ["bench"] => exit_code(bench::bench(&root, None)),
+        ["bench", "--save", name] => exit_code(bench::bench(&root, Some(name))),
         ["ci"] => match ci::check_all(&root) {
             Ok(code) => code,
             Err(error) => {
@@ -34,6 +39,16 @@ fn main() -> ExitCode {
         _ => {
             eprintln!("{USAGE}");
             ExitCode::from(2)
+        }
+    }
+}
+
+fn exit_code(result: anyhow::Result<()>) -> ExitCode {
+    match result {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("error: {error:#}");
+            ExitCode::FAILURE
         }
     }
 }

@@ -1,0 +1,248 @@
+//! Ways of computing a step, side by side: {reverse tape, duals in f64, duals in lanes} x {contact kernel, whole step, 7000
+//! steps} x {1, 2 threads}.
+//!
+//! `cargo xtask bench` runs this and prints one table; `cargo bench -p graspd-tests --bench backends` runs it alone. All
+//! times are processor time of the thread that computes, so that other programs disturb them less. With two threads, each
+//! makes a grasp of its own and the time is the mean of both: half of it is what a grasp costs.
+
+mod setting;
+
+use std::hint::black_box;
+use std::time::Duration;
+
+use criterion::{Criterion, SamplingMode, Throughput, criterion_group, criterion_main};
+use graspd::{Losses, SynthesisSettings, synthesize};
+use graspd_ad::{Element, Real, Tape, Var};
+use graspd_geom::Vec3;
+use graspd_hand::{Hand, HandPose, Kinematics, POINT_PADDING};
+use graspd_opt::{Adamax, AdamaxIteration, AdamaxSettings, Optimizer};
+use graspd_sim::{ContactState, ForceWeights, Precision, Scene, TargetRule, Twist};
+use rustix::time::{ClockId, clock_gettime};
+
+use setting::{Setting, fast_backend};
+
+/// Rate and weights of the force step.
+const RATE: f64 = 1e-2;
+const WEIGHTS: ForceWeights = ForceWeights {
+    physics: 1e-2,
+    task: 1.0,
+};
+/// Steps of a whole synthesis.
+const SYNTHESIS: usize = 7000;
+
+/// Processor time of this thread so far.
+fn cpu_time() -> Duration {
+    let now = clock_gettime(ClockId::ThreadCPUTime);
+    Duration::new(now.tv_sec as u64, now.tv_nsec as u32)
+}
+
+/// Processor time of `count` calls.
+fn time(count: u64, mut call: impl FnMut()) -> Duration {
+    let start = cpu_time();
+    for _ in 0..count {
+        call();
+    }
+    cpu_time() - start
+}
+
+struct AdamaxRule<'a, E>(AdamaxIteration<'a, E>);
+
+impl<E: Element> TargetRule<E> for AdamaxRule<'_, E> {
+    #[inline(always)]
+    fn update<T: Real<Element = E>>(&mut self, first: usize, gradient: [T; 6]) -> [T; 6] {
+        self.0.update(first, POINT_PADDING, gradient)
+    }
+}
+
+/// Force step and L_phys with its derivative by the contact positions.
+struct ContactKernel<'a, E> {
+    scene: Scene<'a, E>,
+    targets: Vec<E>,
+    gradient: Vec<E>,
+    optimizer: Adamax<E>,
+}
+
+impl<'a, E: Precision> ContactKernel<'a, E>
+where
+    for<'h> dyn Hand + 'h: Kinematics<E>,
+{
+    fn new(setting: &'a Setting) -> Self {
+        let scene = setting.scene::<E>();
+        let len = scene.wrench_len();
+        Self {
+            scene,
+            targets: vec![E::zero(); len],
+            gradient: vec![E::zero(); len],
+            optimizer: Adamax::new(len, AdamaxSettings::default()).expect("they are in range"),
+        }
+    }
+
+    fn four_passes(&mut self) -> f64 {
+        self.scene.contact_wrenches();
+        self.scene.task(&self.targets);
+        let (physics, task) = (WEIGHTS.physics, WEIGHTS.task);
+        self.scene
+            .target_gradient(&self.targets, physics, task, &mut self.gradient);
+        self.optimizer.step(RATE, &mut self.targets, &self.gradient);
+        self.scene.physics_loss(&self.targets)
+    }
+
+    fn one_pass(&mut self) -> f64 {
+        self.scene.task_of_moved_targets();
+        let mut rule = AdamaxRule(self.optimizer.begin_iteration(RATE));
+        self.scene
+            .move_targets(WEIGHTS, &mut rule, &mut self.targets)
+    }
+}
+
+/// L_phys with targets 0 and its derivative by the contact positions, each contact recorded on a tape.
+fn by_tape(setting: &Setting, tape: &mut Tape, points: &[Vec3<f64>]) -> (f64, Vec3<f64>) {
+    let (object, params) = (&setting.object.simulated, &setting.simulation);
+    let (mut total, mut sum) = (0.0, Vec3::zero());
+    for point in points {
+        tape.scope(|recording| {
+            let [x, y, z] = [point.x, point.y, point.z].map(|x| recording.variable(x));
+            let point = Vec3::new(x, y, z);
+            let (distance, gradient) = object.sdf().distance_and_gradient(point);
+            let lever = point - Vec3::constant(object.center_of_mass());
+            let state = ContactState::new(distance, gradient, lever, params.contact.leak);
+            let mut loss = Var::constant(0.0);
+            for twist in &params.velocities {
+                let twist = Twist {
+                    linear: Vec3::constant(twist.linear),
+                    angular: Vec3::constant(twist.angular),
+                };
+                let wrench = state.wrench(&twist, &params.contact);
+                loss += wrench.torque.norm_squared() + wrench.force.norm_squared();
+            }
+            let adjoints = recording.adjoints(loss);
+            total += loss.value();
+            sum += Vec3::new(adjoints.of(x), adjoints.of(y), adjoints.of(z));
+        });
+    }
+    (total, sum)
+}
+
+fn contact_kernel(criterion: &mut Criterion) {
+    let setting = Setting::new();
+    let mut group = criterion.benchmark_group(format!("contact kernel, {}", setting.size()));
+    group.throughput(Throughput::Elements(
+        setting.hand.contact_points().count as u64,
+    ));
+    let mut reference = ContactKernel::<f64>::new(&setting);
+    let mut fast = ContactKernel::<f32>::new(&setting);
+    let contacts = reference.scene.contacts();
+    let points: Vec<Vec3<f64>> = (0..contacts.len()).map(|i| contacts.get(i)).collect();
+    let mut tape = Tape::new();
+    group.bench_function("tape f64, L_phys alone", |b| {
+        b.iter_custom(|n| {
+            time(n, || {
+                black_box(by_tape(&setting, &mut tape, black_box(&points)));
+            })
+        });
+    });
+    let lanes = fast_backend();
+    group.bench_function("dual f64, four passes", |b| {
+        b.iter_custom(|n| {
+            time(n, || {
+                black_box(reference.four_passes());
+            })
+        });
+    });
+    group.bench_function("dual f64, one pass", |b| {
+        b.iter_custom(|n| {
+            time(n, || {
+                black_box(reference.one_pass());
+            })
+        });
+    });
+    group.bench_function(format!("dual {lanes}, four passes"), |b| {
+        b.iter_custom(|n| {
+            time(n, || {
+                black_box(fast.four_passes());
+            })
+        });
+    });
+    group.bench_function(format!("dual {lanes}, one pass"), |b| {
+        b.iter_custom(|n| {
+            time(n, || {
+                black_box(fast.one_pass());
+            })
+        });
+    });
+    group.finish();
+}
+
+/// Processor time of `count` steps of a synthesis, between the first observation and the last.
+fn time_steps<E: Precision>(setting: &Setting, count: u64) -> Duration
+where
+    for<'h> dyn Hand + 'h: Kinematics<E>,
+{
+    let settings = SynthesisSettings {
+        steps: count as usize + 1,
+        ..setting.settings.clone()
+    };
+    let (mut first, mut last) = (None, None);
+    let mut observe = |_: usize, _: &HandPose, _: &Losses| {
+        let now = cpu_time();
+        first.get_or_insert(now);
+        last = Some(now);
+    };
+    let (object, start) = (&setting.object.simulated, setting.pose.clone());
+    let made = synthesize::<E>(&*setting.hand, object, start, &settings, &mut observe);
+    black_box(made.expect("the settings are valid"));
+    let between = last.zip(first).map(|(last, first)| last - first);
+    between.unwrap_or_default()
+}
+
+/// The mean over two threads that each do this at the same time.
+fn on_two_threads(work: impl Fn() -> Duration + Sync) -> Duration {
+    let (first, second) = rayon::join(&work, &work);
+    (first + second) / 2
+}
+
+fn whole_step(criterion: &mut Criterion) {
+    let setting = Setting::new();
+    let lanes = fast_backend();
+    let mut group = criterion.benchmark_group(format!("synthesis step, {}", setting.size()));
+    group.bench_function("f64, 1 thread", |b| {
+        b.iter_custom(|n| time_steps::<f64>(&setting, n));
+    });
+    group.bench_function(format!("{lanes}, 1 thread"), |b| {
+        b.iter_custom(|n| time_steps::<f32>(&setting, n));
+    });
+    group.bench_function(format!("{lanes}, 2 threads"), |b| {
+        b.iter_custom(|n| on_two_threads(|| time_steps::<f32>(&setting, n)));
+    });
+    group.finish();
+}
+
+fn whole_synthesis(criterion: &mut Criterion) {
+    let setting = Setting::new();
+    let lanes = fast_backend();
+    let mut group = criterion.benchmark_group(format!("{SYNTHESIS} steps, {}", setting.size()));
+    group.sampling_mode(SamplingMode::Flat);
+    group.bench_function(format!("{lanes}, 1 thread"), |b| {
+        b.iter_custom(|n| {
+            let runs = (0..n).map(|_| time_steps::<f32>(&setting, SYNTHESIS as u64));
+            runs.sum()
+        });
+    });
+    group.finish();
+}
+
+/// Few and short samples: the table gives their minimum and median.
+fn short() -> Criterion {
+    Criterion::default()
+        .sample_size(15)
+        .warm_up_time(Duration::from_millis(200))
+        .measurement_time(Duration::from_secs(1))
+        .without_plots()
+}
+
+criterion_group! {
+    name = benches;
+    config = short();
+    targets = contact_kernel, whole_step, whole_synthesis
+}
+criterion_main!(benches);
