@@ -223,6 +223,64 @@ pub enum GeometryError {
         /// What is wrong.
         what: String,
     },
+    /// A setting outside its range.
+    #[error("{name} is {value}, but must be {low} to {high}")]
+    Setting {
+        /// Name of the field.
+        name: &'static str,
+        /// Its value.
+        value: f64,
+        /// The least it may be.
+        low: f64,
+        /// The most it may be.
+        high: f64,
+    },
+    /// Too few points to tell a surface.
+    #[error("the cloud has {}, but a surface needs at least {least}; capture more views or thin the cloud less",
+        count(*points, "point"))]
+    CloudTooSmall {
+        /// How many there are.
+        points: usize,
+        /// How many are needed.
+        least: usize,
+    },
+    /// A coordinate or normal that is NaN or infinite.
+    #[error(
+        "point {point} or its normal is not finite: {position:?}; leave out pixels without depth"
+    )]
+    CloudNotFinite {
+        /// Index of the point.
+        point: usize,
+        /// Its coordinates.
+        position: [f64; 3],
+    },
+    /// Normals that are missing or make no sense.
+    #[error("the cloud's normals cannot be used: {fault}; estimate outward normals first")]
+    CloudNormals {
+        /// What is wrong.
+        fault: String,
+    },
+    /// The points' extent fits no object in metres.
+    #[error("the cloud is {extent} m across; {remedy}")]
+    CloudExtent {
+        /// Its longest extent \[m\].
+        extent: f64,
+        /// What may be wrong.
+        remedy: &'static str,
+    },
+    /// A reconstruction would need more memory than allowed.
+    #[error(
+        "a reconstruction of depth {depth} needs about {} MiB, but {} MiB are allowed; each depth less needs a quarter",
+        needed >> 20, allowed >> 20
+    )]
+    ReconstructionMemory {
+        /// The depth asked for.
+        depth: u32,
+        /// What it needs \[bytes\].
+        needed: u64,
+        /// The limit \[bytes\].
+        allowed: u64,
+    },
     /// A grid was given the wrong number of samples, or one that is not finite.
     #[error("a grid of {dims:?} samples cannot hold these values: {what}")]
     GridValues {

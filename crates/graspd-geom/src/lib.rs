@@ -35,6 +35,8 @@ mod mesh;
 mod objects;
 #[cfg(feature = "testing")]
 mod parry_bridge;
+mod pointcloud;
+mod poisson;
 mod remeshing;
 mod rigid;
 mod sampling;
@@ -55,6 +57,8 @@ pub use mesh::TriangleMesh;
 pub use objects::{BUILTIN_OBJECTS, BuiltinObject, builtin_object};
 #[cfg(feature = "testing")]
 pub use parry_bridge::parry_signed_distance;
+pub use pointcloud::{KdTree, PointCloud};
+pub use poisson::{PoissonSettings, PoissonSurface, poisson_surface};
 pub use remeshing::{RemeshTarget, remesh};
 pub use rigid::{Mat3, Quaternion, Rigid, Vec3};
 pub use sampling::{SurfacePoint, SurfaceSampler, sample_evenly};

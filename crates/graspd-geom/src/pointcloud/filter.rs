@@ -1,0 +1,80 @@
+//! Fewer and better points: stray ones left out, dense ones averaged.
+
+use nalgebra::{Point3, Vector3};
+use rayon::prelude::*;
+
+use super::{KdTree, PointCloud};
+use crate::GeometryError;
+
+impl PointCloud {
+    /// The cloud without stray points: those whose mean distance to their `neighbours` nearest points is more than
+    /// `deviations` standard deviations above the mean of all. 16 neighbours and 2 deviations are usual.
+    pub fn without_outliers(&self, neighbours: usize, deviations: f64) -> Self {
+        let tree = KdTree::new(&self.points);
+        let distances: Vec<f64> = (self.points.par_iter())
+            .map_init(Vec::new, |found, p| {
+                tree.nearest(p, neighbours + 1, found);
+                let sum: f64 = found.iter().map(|(squared, _)| squared.sqrt()).sum();
+                sum / neighbours.max(1) as f64
+            })
+            .collect();
+        let count = distances.len().max(1) as f64;
+        let mean = distances.iter().sum::<f64>() / count;
+        let variance = distances.iter().map(|d| (d - mean).powi(2)).sum::<f64>() / count;
+        let most = mean + deviations * variance.sqrt();
+        let kept: Vec<usize> = (0..self.points.len())
+            .filter(|&i| distances[i] <= most)
+            .collect();
+        self.selected(&kept)
+    }
+
+    /// One point for each cube of side `cell` \[m\] with points: their mean, with their mean direction as normal (zero
+    /// where they cancel). In the order of the cubes, so that the order of the points does not matter but
+    /// for rounding.
+    ///
+    /// # Errors
+    /// [`GeometryError::CloudNotFinite`]; [`GeometryError::Setting`] for a cell that is not positive, or over a billion times
+    /// smaller than a coordinate.
+    pub fn thinned(&self, cell: f64) -> Result<Self, GeometryError> {
+        if let Some(point) = self
+            .points
+            .iter()
+            .position(|p| !p.iter().all(|x| x.is_finite()))
+        {
+            return Err(GeometryError::CloudNotFinite {
+                point,
+                position: self.points[point].into(),
+            });
+        }
+        let largest = self
+            .points
+            .iter()
+            .map(|p| p.coords.amax())
+            .fold(0.0, f64::max);
+        let least = (1e-9 * largest).max(f64::MIN_POSITIVE);
+        if !(cell >= least && cell.is_finite()) {
+            return Err(GeometryError::Setting {
+                name: "cell",
+                value: cell,
+                low: least,
+                high: f64::MAX,
+            });
+        }
+        let mut order: Vec<([i64; 3], usize)> = (self.points.par_iter().enumerate())
+            .map(|(number, p)| ([p.z, p.y, p.x].map(|x| (x / cell).floor() as i64), number))
+            .collect();
+        order.par_sort_unstable();
+        let mut result = Self::default();
+        for group in order.chunk_by(|a, b| a.0 == b.0) {
+            let sum: Vector3<f64> = group.iter().map(|&(_, i)| self.points[i].coords).sum();
+            result.points.push(Point3::from(sum / group.len() as f64));
+            if !self.normals.is_empty() {
+                let sum: Vector3<f64> = group.iter().map(|&(_, i)| self.normals[i]).sum();
+                result
+                    .normals
+                    .push(sum.try_normalize(f64::MIN_POSITIVE).unwrap_or_default());
+            }
+        }
+        Ok(result)
+    }
+}
