@@ -201,6 +201,16 @@ pub enum GeometryError {
         /// Signed volume \[m^3\].
         volume: f64,
     },
+    /// A setting of the mesh repair is out of range.
+    #[error("the repair setting {field} is {value}; it must be {wanted}")]
+    RepairSetting {
+        /// The setting's name.
+        field: &'static str,
+        /// What it was set to.
+        value: f64,
+        /// What it may be.
+        wanted: &'static str,
+    },
     /// A grid's resolution is out of range.
     #[error("a grid of {dims:?} samples was asked for; each axis needs 2 to {max}")]
     GridResolution {

@@ -188,7 +188,7 @@ fn closed_walks(edges: &[[u32; 2]]) -> Vec<Vec<u32>> {
     walks
 }
 
-fn boundary_loop(loop_vertices: Vec<u32>, vertices: &[Point3<f64>]) -> BoundaryLoop {
+pub(crate) fn boundary_loop(loop_vertices: Vec<u32>, vertices: &[Point3<f64>]) -> BoundaryLoop {
     const MOST_COMPARED: usize = 1000;
     let points: Vec<_> = (loop_vertices.iter())
         .map(|&index| vertices[index as usize])
