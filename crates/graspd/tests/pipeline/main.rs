@@ -1,5 +1,6 @@
 //! The pipeline as its users see it: starts, synthesis, runs, ranking, records, summaries.
 
+mod execution;
 mod fixtures;
 mod object;
 mod preset;
