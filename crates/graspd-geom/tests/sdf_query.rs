@@ -28,6 +28,18 @@ fn off_faces() -> impl Strategy<Value = Vec3<f64>> {
         .prop_map(|(x, y, z)| Vec3::new(-0.4 + 0.125 * x, 0.2 + 0.25 * y, 1.0 + 0.5 * z))
 }
 
+/// Distance to the grid's box from outside.
+fn outside(grid: &SdfGrid, p: Vec3<f64>) -> Option<f64> {
+    let (low, high) = grid.bounds();
+    let nearest = Vec3::new(
+        p.x.clamp(low.x, high.x),
+        p.y.clamp(low.y, high.y),
+        p.z.clamp(low.z, high.z),
+    );
+    let distance = (p - nearest).norm();
+    (distance > 0.0).then_some(distance)
+}
+
 fn lift<T: Real, const N: usize>(p: Vec3<T>) -> Vec3<Dual<T, N>> {
     Vec3::new(
         Dual::variable(p.x, 0),
@@ -78,6 +90,8 @@ proptest! {
         let forward = grid.distance(lift::<f64, 3>(p));
         let (distance, gradient) = grid.distance_and_gradient(lift::<f64, 3>(p));
         let outputs = [forward, distance, gradient.x, gradient.y, gradient.z];
+        // Second derivatives of the distance to the box are differences of terms of 1 / distance, which may cancel.
+        let terms = outside(&grid, p).map_or(0.0, f64::recip);
         let (values, rows) = graspd_ad::jacobian(
             |x| {
                 let p = Vec3::new(x[0], x[1], x[2]);
@@ -89,7 +103,7 @@ proptest! {
         for (output, (value, row)) in outputs.into_iter().zip(values.into_iter().zip(rows)) {
             prop_assert_eq!(output.value, value);
             for (forward, reverse) in output.derivative.into_iter().zip(row) {
-                prop_assert!((forward - reverse).abs() < ROUNDING * (1.0 + forward.abs()));
+                prop_assert!((forward - reverse).abs() < ROUNDING * (1.0 + forward.abs() + terms));
             }
         }
     }
