@@ -9,7 +9,7 @@ use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 
-use commands::{cache, eval, gws, hands, objects, sdf, synth};
+use commands::{cache, eval, gws, hands, objects, repair, sdf, synth};
 
 /// Synthesises contact-rich grasps for multi-fingered hands by optimising through a differentiable contact simulation.
 #[derive(Parser)]
@@ -29,6 +29,8 @@ enum Command {
     Gws(gws::Arguments),
     /// Write the signed distance grid of an object
     Sdf(sdf::Arguments),
+    /// Make one closed, consistently oriented surface of any triangles
+    Repair(repair::Arguments),
     /// Tell what is kept between runs, or remove it
     Cache(cache::Arguments),
     /// List the built-in hands, or inspect a URDF
@@ -43,6 +45,7 @@ fn main() -> ExitCode {
         Command::Eval(arguments) => eval::run(&arguments),
         Command::Gws(arguments) => gws::run(&arguments),
         Command::Sdf(arguments) => sdf::run(&arguments),
+        Command::Repair(arguments) => repair::run(&arguments),
         Command::Cache(arguments) => cache::run(&arguments),
         Command::Hands(arguments) => hands::run(&arguments),
         Command::Objects(arguments) => objects::run(&arguments),

@@ -112,7 +112,7 @@ pub enum GeometryError {
     /// The surface has holes.
     #[error(
         "{name}: the surface is open: {} in {}, {total_mm:.1} mm of boundary in total, the longest {longest_mm:.1} mm, \
-         the largest {diameter_mm:.1} mm across; close it with a mesh repair tool",
+         the largest {diameter_mm:.1} mm across; close it with `graspd repair`",
         count(*boundary_edges, "boundary edge"), count(*loops, "loop")
     )]
     Open {
@@ -131,8 +131,8 @@ pub enum GeometryError {
     },
     /// Neighbouring faces disagree on which side is outside.
     #[error(
-        "{name}: the faces are not consistently oriented ({}); orient them alike with a mesh \
-         repair tool",
+        "{name}: the faces are not consistently oriented ({}); orient them alike with \
+         `graspd repair`",
         count(*edges, "edge with neighbours that disagree on the outside")
     )]
     NotOriented {
@@ -142,7 +142,7 @@ pub enum GeometryError {
         edges: usize,
     },
     /// The same face more than once, which makes volumes and inside tests wrong.
-    #[error("{name}: {} more than once; delete the copies with a mesh repair tool",
+    #[error("{name}: {} more than once; delete the copies with `graspd repair`",
         if *faces == 1 { "1 face occurs".into() } else { format!("{faces} faces occur") })]
     DuplicateFaces {
         /// The mesh's file or name.
@@ -331,7 +331,7 @@ mod tests {
         assert_eq!(
             open.to_string(),
             "cup.obj: the surface is open: 12 boundary edges in 1 loop, 30.0 mm of boundary in total, the longest \
-             30.0 mm, the largest 9.5 mm across; close it with a mesh repair tool"
+             30.0 mm, the largest 9.5 mm across; close it with `graspd repair`"
         );
         let vertex = GeometryError::VertexNotFinite {
             path: "a.off".into(),

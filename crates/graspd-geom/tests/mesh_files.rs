@@ -210,7 +210,7 @@ fn binary_stl_may_begin_with_solid_and_end_with_padding() {
 fn saved_meshes_come_back() {
     let mug = builtin_object("mug").unwrap();
     let folder = TempDir::new().unwrap();
-    for name in ["mug.obj", "mug.off", "mug.stl"] {
+    for name in ["mug.obj", "mug.off", "mug.ply", "mug.stl"] {
         let path = folder.path().join(name);
         // Twice: the second time replaces the first.
         save_mesh(&TriangleMesh::default(), &path).unwrap();

@@ -8,7 +8,7 @@ use nalgebra::Vector3;
 use proptest::prelude::*;
 use tempfile::TempDir;
 
-const EXTENSIONS: [&str; 4] = ["obj", "stl", "ply", "off"];
+const EXTENSIONS: [&str; 6] = ["obj", "stl", "ply", "off", "glb", "gltf"];
 
 fn loaded(folder: &Path, extension: &str, bytes: &[u8]) -> Result<TriangleMesh, GeometryError> {
     let path = folder.join(format!("faulty.{extension}"));
@@ -53,7 +53,7 @@ fn assert_sound(result: Result<TriangleMesh, GeometryError>) {
 static SOUND_FILES: LazyLock<Vec<(&'static str, Vec<u8>)>> = LazyLock::new(|| {
     let folder = TempDir::new().unwrap();
     let mesh = box_mesh(Vector3::new(0.1, 0.2, 0.3), 0.2);
-    let mut files: Vec<_> = ["obj", "stl", "off"]
+    let mut files: Vec<_> = ["obj", "stl", "ply", "off"]
         .map(|extension| {
             let path = folder.path().join(format!("sound.{extension}"));
             save_mesh(&mesh, &path).unwrap();
@@ -68,6 +68,7 @@ static SOUND_FILES: LazyLock<Vec<(&'static str, Vec<u8>)>> = LazyLock::new(|| {
     files.extend([
         ("ply", text.into_bytes()),
         ("ply", binary),
+        ("glb", binary_gltf()),
         ("stl", format!("solid s\n{facet}endsolid s\n").into_bytes()),
     ]);
     for (extension, bytes) in &files {
@@ -78,6 +79,29 @@ static SOUND_FILES: LazyLock<Vec<(&'static str, Vec<u8>)>> = LazyLock::new(|| {
     }
     files
 });
+
+/// A triangle.
+fn binary_gltf() -> Vec<u8> {
+    let json = r#"{"asset":{"version":"2.0"},"scenes":[{"nodes":[0]}],"nodes":[{"mesh":0,"scale":[1,2,1]}],
+        "meshes":[{"primitives":[{"attributes":{"POSITION":0},"indices":1}]}],
+        "accessors":[{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3","min":[0,0,0],"max":[1,1,0]},
+        {"bufferView":1,"componentType":5121,"count":3,"type":"SCALAR"}],
+        "bufferViews":[{"buffer":0,"byteLength":36},{"buffer":0,"byteOffset":36,"byteLength":4}],
+        "buffers":[{"byteLength":40}]}"#;
+    let mut json = json.as_bytes().to_vec();
+    json.resize(json.len().next_multiple_of(4), b' ');
+    let mut bytes = b"glTF\x02\0\0\0".to_vec();
+    bytes.extend((68 + json.len() as u32).to_le_bytes());
+    bytes.extend((json.len() as u32).to_le_bytes());
+    bytes.extend(b"JSON");
+    bytes.extend(json);
+    bytes.extend(b"\x28\0\0\0BIN\0");
+    for coordinate in [0.0_f32, 0., 0., 1., 0., 0., 0., 1., 0.] {
+        bytes.extend(coordinate.to_le_bytes());
+    }
+    bytes.extend([0, 1, 2, 0]);
+    bytes
+}
 
 /// Words that the formats are made of, and numbers at the edge of what they allow.
 const WORDS: &[&str] = &[

@@ -43,7 +43,7 @@ pub enum GraspError {
     },
     /// No built-in object and no file has the name that was given.
     #[error(
-        "{name}: neither a built-in object ({built_in}) nor an existing file; give one of those names or the path of a .obj, .stl, .ply, .off or .dae file"
+        "{name}: neither a built-in object ({built_in}) nor an existing file; give one of those names or the path of a .obj, .stl, .ply, .off, .glb, .gltf or .dae file"
     )]
     UnknownObject {
         /// The name.

@@ -3,8 +3,9 @@
 use std::path::{Path, PathBuf};
 
 use graspd_geom::{
-    BUILTIN_OBJECTS, DiskCache, GeometryError, MassProperties, SdfGrid, SdfSampling,
-    SignedDistance, TriangleMesh, builtin_object, closed_surface, load_mesh,
+    BUILTIN_OBJECTS, DiskCache, GeometryError, MassProperties, RepairReport, RepairSettings,
+    SdfGrid, SdfSampling, SignedDistance, TriangleMesh, builtin_object, closed_surface, load_mesh,
+    repair,
 };
 use graspd_sim::SimulatedObject;
 
@@ -26,6 +27,8 @@ pub struct NamedMesh {
     pub scale: f64,
     /// The mesh after scaling, closed and outward oriented \[m\].
     pub mesh: TriangleMesh,
+    /// What was done to close it, lengths after scaling; `None` if the file's own surface is closed.
+    pub repair: Option<RepairReport>,
 }
 
 impl NamedMesh {
@@ -34,6 +37,29 @@ impl NamedMesh {
     /// # Errors
     /// [`GraspError::UnknownObject`] if there is neither; otherwise if the file cannot be read, the mesh is not closed, or the scale is not positive.
     pub fn load(name_or_path: &str, scale: f64) -> Result<Self, GraspError> {
+        Self::load_with(name_or_path, scale, None)
+    }
+
+    /// As [`NamedMesh::load`], but a mesh that is open or not consistently oriented is repaired.
+    ///
+    /// There is no other closed surface to judge grasps against: everything downstream, the judge included, sees the
+    /// repaired mesh only. [`NamedMesh::repair`] tells what was done.
+    ///
+    /// # Errors
+    /// As [`NamedMesh::load`], and if the mesh encloses nothing even so.
+    pub fn load_repaired(
+        name_or_path: &str,
+        scale: f64,
+        settings: &RepairSettings,
+    ) -> Result<Self, GraspError> {
+        Self::load_with(name_or_path, scale, Some(settings))
+    }
+
+    fn load_with(
+        name_or_path: &str,
+        scale: f64,
+        settings: Option<&RepairSettings>,
+    ) -> Result<Self, GraspError> {
         if !(scale.is_finite() && scale > 0.0) {
             return Err(GraspError::InvalidSetting {
                 field: "scale",
@@ -47,6 +73,7 @@ impl NamedMesh {
                 path: None,
                 scale,
                 mesh: mesh.scaled(scale),
+                repair: None,
             });
         }
         let path = Path::new(name_or_path);
@@ -55,7 +82,22 @@ impl NamedMesh {
             GeometryError::UnsupportedFormat { .. } if !path.exists() => unknown(name_or_path),
             error => error.into(),
         })?;
-        let mesh = closed_surface(&mesh, name_or_path)?;
+        let (mesh, repair) = match (closed_surface(&mesh, name_or_path), settings) {
+            (Ok(closed), _) => (closed.scaled(scale), None),
+            // A closed surface that encloses nothing is no object with defects.
+            (
+                Err(
+                    GeometryError::Open { .. }
+                    | GeometryError::NotOriented { .. }
+                    | GeometryError::DuplicateFaces { .. },
+                ),
+                Some(settings),
+            ) => {
+                let repaired = repair(&mesh.scaled(scale), settings, name_or_path)?;
+                (repaired.mesh, Some(repaired.report))
+            }
+            (Err(error), _) => return Err(error.into()),
+        };
         Ok(Self {
             name: path.file_stem().map_or_else(
                 || name_or_path.into(),
@@ -63,7 +105,8 @@ impl NamedMesh {
             ),
             path: Some(path.to_owned()),
             scale,
-            mesh: mesh.scaled(scale),
+            mesh,
+            repair,
         })
     }
 
@@ -78,6 +121,12 @@ impl NamedMesh {
     pub fn path_text(&self) -> Option<String> {
         let path = self.path.as_ref()?;
         Some(path.to_string_lossy().into_owned())
+    }
+
+    /// How the surface was closed, as records keep it; `None` if it is closed as it is.
+    pub fn repair_name(&self) -> Option<String> {
+        let report = self.repair.as_ref()?;
+        Some(report.tier.name().into())
     }
 
     /// The longest side of the bounding box \[m\].

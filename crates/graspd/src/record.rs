@@ -102,6 +102,9 @@ pub struct GraspRecord {
     /// The factor that the file's coordinates were multiplied by.
     #[serde(default = "unscaled")]
     pub object_scale: f64,
+    /// How the object's surface was closed before anything else (`mended` or `resurfaced`, see `graspd repair`); `None`
+    /// if it is closed as it is. The pose, and the metrics, are about the repaired surface.
+    pub object_repair: Option<String>,
     /// Name of the hand.
     pub hand: String,
     /// Seed of the run.

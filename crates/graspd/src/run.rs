@@ -234,6 +234,7 @@ fn record_of(
         object: object.source.name.clone(),
         object_path: object.source.path_text(),
         object_scale: object.source.scale,
+        object_repair: object.source.repair_name(),
         hand: hand.name().into(),
         seed: None,
         index,

@@ -13,7 +13,7 @@ use rayon::prelude::*;
 use serde::Serialize;
 
 use super::cache::CacheChoice;
-use super::input::{HandLoading, on_threads};
+use super::input::{HandLoading, RepairChoice, on_threads};
 use super::output::prepare_file;
 use super::subject::{hand_of, object_of, poses_of};
 use crate::console::{print, print_json};
@@ -47,6 +47,8 @@ pub(crate) struct Arguments {
     /// Print the summary and the grasps as JSON instead of a table
     #[arg(long)]
     json: bool,
+    #[command(flatten)]
+    repair: RepairChoice,
     #[command(flatten)]
     cache: CacheChoice,
     /// No progress and no warnings
@@ -86,6 +88,7 @@ fn judge(arguments: &Arguments) -> Result<()> {
         &file,
         arguments.object.as_deref(),
         arguments.scale,
+        &arguments.repair,
         quiet,
     )?;
     if let Some(output) = &arguments.output {
@@ -106,6 +109,9 @@ fn judge(arguments: &Arguments) -> Result<()> {
             record.object_path = source.path_text();
             record.object_scale = source.scale;
         }
+    }
+    for record in &mut records {
+        record.object_repair = source.repair_name();
     }
     let progress = Progress::start("evaluation", records.len() as u64, quiet);
     let judge_one = |record: &mut GraspRecord, pose: &HandPose| -> Result<()> {

@@ -5,8 +5,8 @@ use std::path::PathBuf;
 
 use anyhow::{Context, Result, bail};
 use clap::Args;
-use graspd::{GraspObject, NamedMesh};
-use graspd_geom::{DiskCache, Quaternion, Vec3};
+use graspd::{GraspError, GraspObject, NamedMesh};
+use graspd_geom::{DiskCache, Quaternion, RepairSettings, Vec3};
 use graspd_hand::{Hand, HandPose, LoadOptions, load_hand_from};
 
 use crate::console::warn;
@@ -54,10 +54,45 @@ impl HandLoading {
     }
 }
 
-/// Loads an object and warns where its unit is likely not the metre.
-pub(crate) fn load_object(name_or_path: &str, scale: f64, quiet: bool) -> Result<NamedMesh> {
-    let object = NamedMesh::load(name_or_path, scale)?;
-    let size = object.largest_side();
+/// What becomes of an object whose surface is not closed.
+#[derive(Args)]
+pub(crate) struct RepairChoice {
+    /// Refuse an object whose surface is open or not consistently oriented instead of repairing it
+    #[arg(long)]
+    no_repair: bool,
+}
+
+impl RepairChoice {
+    fn load(&self, name_or_path: &str, scale: f64) -> Result<NamedMesh, GraspError> {
+        if self.no_repair {
+            NamedMesh::load(name_or_path, scale)
+        } else {
+            NamedMesh::load_repaired(name_or_path, scale, &RepairSettings::default())
+        }
+    }
+}
+
+/// Loads an object, and warns where its unit is likely not the metre and where it had to be repaired.
+pub(crate) fn load_object(
+    name_or_path: &str,
+    scale: f64,
+    repair: &RepairChoice,
+    quiet: bool,
+) -> Result<NamedMesh> {
+    let object = repair.load(name_or_path, scale)?;
+    check_size(name_or_path, object.largest_side(), quiet)?;
+    if let Some(report) = &object.repair {
+        let what = report.summary();
+        let text = format!(
+            "{name_or_path}: the surface is not closed, and was repaired: {what}; only the repaired surface is seen from here on (graspd repair writes it, --no-repair refuses)"
+        );
+        warn(quiet, &text);
+    }
+    Ok(object)
+}
+
+/// Warns of a size \[m\] that an object rarely has, and refuses one that none has.
+fn check_size(name_or_path: &str, size: f64, quiet: bool) -> Result<()> {
     let unit_hint = if size > 1.0 {
         "if its unit is the millimetre, set --scale 0.001"
     } else {
@@ -70,7 +105,7 @@ pub(crate) fn load_object(name_or_path: &str, scale: f64, quiet: bool) -> Result
     if !USUAL_SIZE.contains(&size) {
         warn(quiet, &format!("{side}; {unit_hint}"));
     }
-    Ok(object)
+    Ok(())
 }
 
 /// A length in the unit that a reader expects, to about three digits.

@@ -7,6 +7,7 @@ pub(crate) mod hands;
 pub(crate) mod input;
 pub(crate) mod objects;
 pub(crate) mod output;
+pub(crate) mod repair;
 pub(crate) mod sdf;
 pub(crate) mod subject;
 pub(crate) mod synth;

@@ -11,6 +11,8 @@ use graspd_geom::{TriangleMesh, save_obj};
 use graspd_hand::Hand;
 use serde::Serialize;
 
+use super::repair::RepairOutcome;
+
 /// `run.toml`: everything that a run depends on.
 #[derive(Serialize)]
 pub(crate) struct RunDescription<'a> {
@@ -29,6 +31,8 @@ pub(crate) struct RunDescription<'a> {
     pub(crate) sdf_resolution: usize,
     pub(crate) sdf_padding_m: f64,
     pub(crate) machine: Machine,
+    /// What was done to close the object's surface; absent where nothing was. All else is about the repaired surface.
+    pub(crate) object_repair: Option<RepairOutcome>,
     pub(crate) settings: &'a SynthesisSettings,
     pub(crate) execution: &'a ExecutionSettings,
     pub(crate) evaluation: &'a graspd_eval::EvaluationSettings,

@@ -10,14 +10,14 @@ use graspd::{PAPER_PADDING, PAPER_RESOLUTION, write_atomically};
 use graspd_geom::{SdfGrid, SdfSampling, SignedDistance};
 
 use super::cache::CacheChoice;
-use super::input::{check_resolution, load_object, on_threads};
+use super::input::{RepairChoice, check_resolution, load_object, on_threads};
 use super::output::prepare_file;
 use crate::console::{print, print_json};
 use crate::progress::Progress;
 
 #[derive(Args)]
 pub(crate) struct Arguments {
-    /// Built-in object (see `graspd objects`) or a closed mesh: .obj .stl .ply .off .dae
+    /// Built-in object (see `graspd objects`) or a mesh: .obj .stl .ply .off .glb .gltf .dae
     #[arg(value_parser = NonEmptyStringValueParser::new())]
     object: String,
     /// Samples along each axis
@@ -42,6 +42,8 @@ pub(crate) struct Arguments {
     #[arg(long)]
     json: bool,
     #[command(flatten)]
+    repair: RepairChoice,
+    #[command(flatten)]
     cache: CacheChoice,
     /// No progress and no warnings
     #[arg(long, short)]
@@ -64,7 +66,12 @@ fn build(arguments: &Arguments) -> Result<()> {
             bail!("{flag} is {length}; it must be a length in metres, 0 or more");
         }
     }
-    let object = load_object(&arguments.object, arguments.scale, arguments.quiet)?;
+    let object = load_object(
+        &arguments.object,
+        arguments.scale,
+        &arguments.repair,
+        arguments.quiet,
+    )?;
     let output = arguments
         .output
         .clone()
@@ -97,6 +104,7 @@ fn build(arguments: &Arguments) -> Result<()> {
             "resolution": grid.dims(),
             "origin_m": [origin.x, origin.y, origin.z],
             "spacing_m": [spacing.x, spacing.y, spacing.z],
+            "object_repair": object.repair_name(),
             "seconds": seconds,
         });
         return print_json(&value);

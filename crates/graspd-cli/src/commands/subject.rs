@@ -6,7 +6,7 @@ use anyhow::{Context, Result, bail};
 use graspd::{GraspRecord, NamedMesh};
 use graspd_hand::{Hand, HandPose, LoadOptions, load_hand, load_hand_from};
 
-use super::input::load_object;
+use super::input::{RepairChoice, load_object};
 use crate::console::warn;
 
 /// Joints may lie this far beyond their limits without a word \[rad or m\]: rounding, and optimisers that treat
@@ -123,6 +123,7 @@ pub(crate) fn object_of(
     file: &Path,
     asked: Option<&str>,
     scale: Option<f64>,
+    repair: &RepairChoice,
     quiet: bool,
 ) -> Result<NamedMesh> {
     let scale = match scale {
@@ -130,13 +131,13 @@ pub(crate) fn object_of(
         None => common(file, records, "scale", |record| record.object_scale)?,
     };
     if let Some(asked) = asked {
-        return load_object(asked, scale, quiet);
+        return load_object(asked, scale, repair, quiet);
     }
     let name = common(file, records, "object", |record| {
         let path = record.object_path.as_ref();
         path.unwrap_or(&record.object).clone()
     })?;
-    load_object(&name, scale, quiet).with_context(|| {
+    load_object(&name, scale, repair, quiet).with_context(|| {
         format!(
             "{}: cannot load the object of these grasps; name its mesh with --object",
             file.display()

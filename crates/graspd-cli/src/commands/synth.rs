@@ -19,12 +19,14 @@ use serde::Serialize;
 
 use super::cache::CacheChoice;
 use super::input::{
-    HandLoading, check_resolution, load_hand_to_scale, load_object, on_threads, prepare_object,
+    HandLoading, RepairChoice, check_resolution, load_hand_to_scale, load_object, on_threads,
+    prepare_object,
 };
 use super::output::{
     Machine, RunDescription, prepare_file, prepare_folder, remove_leftovers, write_meshes,
     write_results, write_run, write_trajectories,
 };
+use super::repair::RepairOutcome;
 use crate::console::{print, print_json};
 use crate::progress::Progress;
 use crate::table::grasps_table;
@@ -38,7 +40,7 @@ const PICTURE_PANEL: (usize, usize) = (640, 640);
 
 #[derive(Args)]
 pub(crate) struct Arguments {
-    /// Built-in object (see `graspd objects`) or a closed mesh: .obj .stl .ply .off .dae
+    /// Built-in object (see `graspd objects`) or a mesh: .obj .stl .ply .off .glb .gltf .dae
     #[arg(default_value = "mug", value_parser = NonEmptyStringValueParser::new())]
     object: String,
     /// Built-in hand (see `graspd hands`), a .urdf, or a MANO model (.pkl or .npz)
@@ -96,6 +98,8 @@ pub(crate) struct Arguments {
     #[arg(long)]
     json: bool,
     #[command(flatten)]
+    repair: RepairChoice,
+    #[command(flatten)]
     cache: CacheChoice,
     /// No progress and no warnings
     #[arg(long, short)]
@@ -131,7 +135,7 @@ fn synthesize(arguments: &Arguments) -> Result<()> {
     let loading = arguments.loading.options()?;
     check_resolution(arguments.resolution)?;
     let hand = load_hand_to_scale(&arguments.hand, &loading)?;
-    let source = load_object(&arguments.object, arguments.scale, quiet)?;
+    let source = load_object(&arguments.object, arguments.scale, &arguments.repair, quiet)?;
     prepare_folder(&arguments.output)?;
     if let Some(file) = &arguments.png {
         prepare_file(file, "--png")?;
@@ -295,6 +299,7 @@ fn write(
                 cores: std::thread::available_parallelism().ok().map(NonZero::get),
                 threads: rayon::current_num_threads(),
             },
+            object_repair: object.source.repair.as_ref().map(RepairOutcome::of),
             settings,
             execution: &run.execution,
             evaluation: &run.evaluation,

@@ -106,9 +106,12 @@ fn holes_are_measured() {
         "3 boundary edges in 1 loop",
         "170.7 mm of boundary",
         "70.7 mm across",
-        "close it with a mesh repair tool",
+        "close it with `graspd repair`",
     ];
-    every_command_refuses(text(&path), &parts);
+    let run = folder.path().join("run");
+    graspd(["synth", text(&path), "--no-repair", "-o", text(&run)]).fails_at_once(&parts);
+    graspd(["sdf", text(&path), "--no-repair", "-o", text(&run)]).fails_at_once(&parts);
+    assert!(!run.exists(), "a mistake leaves nothing behind");
     let mut flat = box_mesh([0.05; 3].into(), 2.0);
     for vertex in &mut flat.vertices {
         vertex.z = 0.0;

@@ -12,6 +12,7 @@ mod hands;
 mod judging;
 mod listings;
 mod outcome;
+mod repair;
 mod run_extras;
 mod run_folder;
 mod shared_run;

@@ -27,6 +27,7 @@ fn records_have_every_field() {
         "object",
         "object_path",
         "object_scale",
+        "object_repair",
         "hand",
         "seed",
         "index",

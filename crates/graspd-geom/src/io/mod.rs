@@ -2,6 +2,7 @@
 
 mod assemble;
 mod dae;
+mod gltf;
 mod obj;
 mod off;
 mod ply;
@@ -14,10 +15,10 @@ use std::path::Path;
 use crate::{GeometryError, TriangleMesh};
 
 pub(crate) use save::temporary_beside;
-pub use save::{save_mesh, save_obj, save_off, save_stl};
+pub use save::{require_mesh_format, save_mesh, save_obj, save_off, save_ply, save_stl};
 
 /// The extensions that [`load_mesh`] knows.
-const READABLE: &str = ".obj, .stl, .ply, .off, .dae";
+const READABLE: &str = ".obj, .stl, .ply, .off, .glb, .gltf, .dae";
 
 /// Reads a triangle mesh; the format follows from the extension, whose case does not matter.
 ///
@@ -26,6 +27,7 @@ const READABLE: &str = ".obj, .stl, .ply, .off, .dae";
 /// * STL, binary or text, in single precision: corners at the same position become one vertex.
 /// * PLY, binary or text: the elements `vertex` and `face`.
 /// * OFF, also COFF, NOFF and the like: colours and normals are ignored.
+/// * glTF 2, binary or text: what its scene shows, as one mesh, turned to z up (the format has y up and metres).
 /// * COLLADA: what its scene shows, as one mesh, turned to z up and converted to metres as the file itself says.
 ///
 /// Polygons are triangulated, faces with a repeated vertex are dropped, vertices without faces are kept.
@@ -41,6 +43,7 @@ pub fn load_mesh(path: impl AsRef<Path>) -> Result<TriangleMesh, GeometryError> 
         "ply" => ply::read,
         "off" => off::read,
         "dae" => dae::read,
+        "glb" | "gltf" => gltf::read,
         _ => return Err(unsupported(path, READABLE)),
     };
     read(&file_bytes(path)?, path)

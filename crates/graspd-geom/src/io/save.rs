@@ -6,18 +6,31 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use crate::{GeometryError, TriangleMesh};
 
-const WRITABLE: &str = ".obj, .stl, .off";
+const WRITABLE: &str = ".obj, .stl, .ply, .off";
 
-/// Writes a mesh in the format that the extension names (`.obj`, `.stl`, `.off`).
+/// Writes a mesh in the format that the extension names (`.obj`, `.stl`, `.ply`, `.off`).
 ///
 /// # Errors
 /// An unsupported extension, or what [`save_obj`] gives.
 pub fn save_mesh(mesh: &TriangleMesh, path: impl AsRef<Path>) -> Result<(), GeometryError> {
     let path = path.as_ref();
+    require_mesh_format(path)?;
     match super::extension(path).as_str() {
         "obj" => save_obj(mesh, path),
         "stl" => save_stl(mesh, path),
-        "off" => save_off(mesh, path),
+        "ply" => save_ply(mesh, path),
+        _ => save_off(mesh, path),
+    }
+}
+
+/// Whether [`save_mesh`] knows the format that the extension names: to be asked before a mesh is computed.
+///
+/// # Errors
+/// [`GeometryError::UnsupportedFormat`].
+pub fn require_mesh_format(path: impl AsRef<Path>) -> Result<(), GeometryError> {
+    let path = path.as_ref();
+    match super::extension(path).as_str() {
+        "obj" | "stl" | "ply" | "off" => Ok(()),
         _ => Err(super::unsupported(path, WRITABLE)),
     }
 }
@@ -54,6 +67,32 @@ pub fn save_off(mesh: &TriangleMesh, path: impl AsRef<Path>) -> Result<(), Geome
         }
         for [a, b, c] in &mesh.faces {
             writeln!(out, "3 {a} {b} {c}")?;
+        }
+        Ok(())
+    })
+}
+
+/// Writes a mesh as binary PLY in double precision, otherwise as [`save_obj`].
+///
+/// # Errors
+/// As [`save_obj`].
+pub fn save_ply(mesh: &TriangleMesh, path: impl AsRef<Path>) -> Result<(), GeometryError> {
+    write_whole(path.as_ref(), |out| {
+        let (vertices, faces) = (mesh.vertices.len(), mesh.faces.len());
+        write!(
+            out,
+            "ply\nformat binary_little_endian 1.0\nelement vertex {vertices}\n\
+             property double x\nproperty double y\nproperty double z\n\
+             element face {faces}\nproperty list uchar uint vertex_indices\nend_header\n"
+        )?;
+        for coordinate in mesh.vertices.iter().flat_map(|p| p.iter()) {
+            out.write_all(&coordinate.to_le_bytes())?;
+        }
+        for face in &mesh.faces {
+            out.write_all(&[3])?;
+            for index in face {
+                out.write_all(&index.to_le_bytes())?;
+            }
         }
         Ok(())
     })

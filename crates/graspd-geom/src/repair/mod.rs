@@ -12,6 +12,7 @@ mod sheets;
 mod slivers;
 mod stitch;
 mod triangulate;
+mod tunnels;
 
 use crate::distance::check_finite;
 use crate::mass::encloses_volume;

@@ -13,6 +13,17 @@ pub enum RepairTier {
     Resurfaced,
 }
 
+impl RepairTier {
+    /// In one word, for files: `untouched`, `mended` or `resurfaced`.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Untouched => "untouched",
+            Self::Mended => "mended",
+            Self::Resurfaced => "resurfaced",
+        }
+    }
+}
+
 /// A hole that was filled.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FilledHole {
@@ -193,7 +204,7 @@ impl Default for RepairSettings {
 
 impl RepairSettings {
     /// Fewest and most grid cells along the longest side.
-    pub const RESOLUTIONS: std::ops::RangeInclusive<usize> = 8..=1024;
+    pub const RESOLUTIONS: std::ops::RangeInclusive<usize> = 8..=512;
 
     /// Checks every field.
     ///
@@ -216,7 +227,7 @@ impl RepairSettings {
             }
         }
         if !Self::RESOLUTIONS.contains(&self.resolution) {
-            return bad("resolution", self.resolution as f64, "8 to 1024");
+            return bad("resolution", self.resolution as f64, "8 to 512");
         }
         if !(self.sheet_thickness.is_finite() && self.sheet_thickness >= 0.0) {
             return bad(

@@ -3,9 +3,10 @@
 use nalgebra::{Point3, Vector3};
 use rayon::prelude::*;
 
-use super::field::{BLOCK, Field};
+use super::field::Field;
 use super::halfedge::{compacted, components, part};
 use super::slivers::is_degenerate;
+use super::tunnels::close_tunnels;
 use super::{RepairSettings, mend::diagonal};
 use crate::{
     GeometryError, NodeGrid, SurfaceSampler, TriangleMesh, TriangleTree, WindingField, isosurface,
@@ -21,6 +22,11 @@ const REPRESENTED: f64 = 1.0;
 const NEGLIGIBLE: f64 = 1e-3;
 /// Vertices are projected onto the input from at most this many cells away.
 const PROJECTED: f64 = 1.0;
+
+/// Gaps of up to twice this many cells are closed where tunnels run through them.
+const TUNNELS: [usize; 2] = [1, 2];
+/// The field in closed tunnels, in cells.
+const FILLING: f64 = -0.3;
 
 /// What came of it.
 pub(super) struct Resurfaced {
@@ -43,12 +49,12 @@ pub(super) fn resurface(
     let half_shell = (0.5 * settings.sheet_thickness).max(HALF_SHELL * spacing);
     let margin = Vector3::repeat(half_shell + 2.0 * spacing);
     let winding = WindingField::new(tree);
-    let mut field = Field {
+    let field = Field {
         grid: NodeGrid::covering(low - margin, high + margin, spacing),
         winding: &winding,
-        shell: None,
     };
-    let mut new = surface_of(&field, settings)?;
+    let mut values = field.values();
+    let mut new = surface_of(&field.grid, &values, settings)?;
     let sheets = unrepresented(mesh, &new, &winding, spacing);
     let thickened = sheets.area() / mesh.area().max(f64::MIN_POSITIVE);
     let mut shell = None;
@@ -59,9 +65,16 @@ pub(super) fn resurface(
             &sheets
         };
         let tree = TriangleTree::new(source)?;
-        shell = Some((tree.clone(), half_shell));
-        field.shell = Some((tree, half_shell));
-        new = surface_of(&field, settings)?;
+        field.add_shells(&mut values, &tree, half_shell);
+        shell = Some((tree, half_shell));
+    }
+    let filling = (FILLING * spacing) as f32;
+    let closed: usize = TUNNELS
+        .iter()
+        .map(|&reach| close_tunnels(&mut values, field.grid.dims, reach, filling))
+        .sum();
+    if closed > 0 || shell.is_some() {
+        new = surface_of(&field.grid, &values, settings)?;
     }
     project(&mut new, winding.tree(), shell.as_ref(), spacing);
     Ok(Resurfaced {
@@ -72,14 +85,14 @@ pub(super) fn resurface(
 }
 
 /// The isosurface, without cavities and small parts.
-fn surface_of(field: &Field, settings: &RepairSettings) -> Result<TriangleMesh, GeometryError> {
-    let [nx, ny, _] = field.grid.dims;
-    let mut layers = Vec::new();
-    let mesh = isosurface(&field.grid, 0.0, |[i, j, k]| {
-        if i == 0 && j == 0 && k % BLOCK == 0 {
-            layers = field.layers(k);
-        }
-        layers[i + nx * (j + ny * (k % BLOCK))]
+fn surface_of(
+    grid: &NodeGrid,
+    values: &[f32],
+    settings: &RepairSettings,
+) -> Result<TriangleMesh, GeometryError> {
+    let [nx, ny, _] = grid.dims;
+    let mesh = isosurface(grid, 0.0, |[i, j, k]| {
+        f64::from(values[i + nx * (j + ny * k)])
     })?;
     let smallest = settings.smallest_component * diagonal(&mesh);
     let mut kept: Vec<u32> = Vec::new();

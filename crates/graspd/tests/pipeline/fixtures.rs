@@ -37,6 +37,7 @@ pub(crate) fn bare_record(index: usize) -> GraspRecord {
         object: "mug".into(),
         object_path: None,
         object_scale: 1.0,
+        object_repair: None,
         hand: "allegro".into(),
         seed: None,
         index,

@@ -93,6 +93,7 @@ fn the_simulation_sees_the_mass_and_a_padded_grid() {
         path: None,
         scale: 1.0,
         mesh: whole_box(SIDES),
+        repair: None,
     };
     let progress = Mutex::new(Vec::new());
     let object = GraspObject::prepare(source, 16, 500.0, &|fraction| {
@@ -134,6 +135,7 @@ fn objects_that_cannot_be_simulated_are_refused() {
             path: None,
             scale: 1.0,
             mesh,
+            repair: None,
         };
         GraspObject::prepare(source, resolution, density, &|_| {}).err()
     };

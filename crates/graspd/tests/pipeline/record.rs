@@ -13,11 +13,12 @@ use serde_json::{Value, json};
 use crate::fixtures::bare_record;
 
 /// Every field of a record, in the order that the format gives.
-const FIELDS: [&str; 16] = [
+const FIELDS: [&str; 17] = [
     "schema",
     "object",
     "object_path",
     "object_scale",
+    "object_repair",
     "hand",
     "seed",
     "index",
