@@ -1,9 +1,13 @@
 //! Repairs mesh files and tells what was done and how long it took:
-//! `cargo run --release -p graspd-geom --example repair_time -- MESH... [--out FOLDER] [--resurface]`
+//! `cargo run --release -p graspd-geom --example repair_time -- MESH... [--out FOLDER] [--resurface] [--resolution N]`
+
+mod process;
 
 use std::error::Error;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
+
+use process::{cpu_seconds, peak_memory_mb};
 
 use graspd_geom::{RepairSettings, load_mesh, repair, save_obj, signed_volume, topology};
 
@@ -16,13 +20,16 @@ fn main() -> Result<(), Box<dyn Error>> {
         match argument.as_str() {
             "--out" => folder = Some(PathBuf::from(arguments.next().ok_or("--out FOLDER")?)),
             "--resurface" => settings.resurface = true,
+            "--resolution" => {
+                settings.resolution = arguments.next().ok_or("--resolution N")?.parse()?;
+            }
             _ => files.push(PathBuf::from(argument)),
         }
     }
     for file in files {
         let name = file.file_stem().unwrap_or_default().to_string_lossy();
         let mesh = load_mesh(&file)?;
-        let start = Instant::now();
+        let (start, cpu) = (Instant::now(), cpu_seconds());
         let repaired = match repair(&mesh, &settings, &name) {
             Ok(repaired) => repaired,
             Err(error) => {
@@ -30,10 +37,11 @@ fn main() -> Result<(), Box<dyn Error>> {
                 continue;
             }
         };
-        let seconds = start.elapsed().as_secs_f64();
+        let (seconds, cpu) = (start.elapsed().as_secs_f64(), cpu_seconds() - cpu);
+        let peak = peak_memory_mb();
         let after = topology(&repaired.mesh);
         println!(
-            "{name}: {:?} in {seconds:.3} s, {} -> {} faces, {} component(s), Euler number {}, {:.2} cm3: {}",
+            "{name}: {:?} in {seconds:.3} s (CPU {cpu:.2} s, peak {peak} MB), {} -> {} faces, {} component(s), Euler number {}, {:.2} cm3: {}",
             repaired.report.tier,
             mesh.faces.len(),
             repaired.mesh.faces.len(),

@@ -4,11 +4,14 @@
 //! Prints wall-clock seconds, CPU seconds and peak memory (the last two where /proc tells them), and nanoseconds
 //! per query at points around the mesh.
 
+mod process;
+
 use std::time::Instant;
 
 use graspd_ad::{Dual, Kernel, Real, vectorize};
 use graspd_geom::{DiskCache, SdfGrid, SdfSampling, SignedDistance, Vec3, WindingField, load_mesh};
 use nalgebra::Point3;
+use process::{cpu_seconds, peak_memory_mb};
 use rand::{Rng, SeedableRng};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
@@ -195,24 +198,4 @@ impl Kernel for Lookup<'_> {
         }
         total
     }
-}
-
-/// User and system time of this process, in ticks of 1/100 s.
-fn cpu_seconds() -> f64 {
-    let stat = std::fs::read_to_string("/proc/self/stat").unwrap_or_default();
-    let after_name = stat.rsplit(')').next().unwrap_or_default();
-    let ticks = |field| {
-        after_name
-            .split_whitespace()
-            .nth(field)
-            .and_then(|word| word.parse().ok())
-    };
-    ticks(11).unwrap_or(0.0) / 100.0 + ticks(12).unwrap_or(0.0) / 100.0
-}
-
-fn peak_memory_mb() -> u64 {
-    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
-    let line = status.lines().find(|line| line.starts_with("VmHWM"));
-    let kilobytes = line.and_then(|line| line.split_whitespace().nth(1)?.parse::<u64>().ok());
-    kilobytes.unwrap_or(0) / 1024
 }

@@ -225,7 +225,7 @@ fn saved_meshes_come_back() {
     }
     assert_eq!(
         std::fs::read_dir(folder.path()).unwrap().count(),
-        3,
+        4,
         "leftovers"
     );
     let missing = folder.path().join("no/such/folder.obj");
