@@ -7,6 +7,8 @@ pub(crate) mod hands;
 pub(crate) mod input;
 pub(crate) mod objects;
 pub(crate) mod output;
+pub(crate) mod reconstruct;
+pub(crate) mod scan;
 pub(crate) mod sdf;
 pub(crate) mod subject;
 pub(crate) mod synth;
