@@ -9,7 +9,7 @@ use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 
-use commands::{cache, eval, gws, hands, objects, repair, sdf, synth};
+use commands::{cache, eval, gws, hands, objects, reconstruct, repair, scan, sdf, synth};
 
 /// Synthesises contact-rich grasps for multi-fingered hands by optimising through a differentiable contact simulation.
 #[derive(Parser)]
@@ -31,6 +31,10 @@ enum Command {
     Sdf(sdf::Arguments),
     /// Make one closed, consistently oriented surface of any triangles
     Repair(repair::Arguments),
+    /// Render an RGB-D capture of an object on a turntable
+    Scan(scan::Arguments),
+    /// Make a closed mesh of an RGB-D capture
+    Reconstruct(reconstruct::Arguments),
     /// Tell what is kept between runs, or remove it
     Cache(cache::Arguments),
     /// List the built-in hands, or inspect a URDF
@@ -46,6 +50,8 @@ fn main() -> ExitCode {
         Command::Gws(arguments) => gws::run(&arguments),
         Command::Sdf(arguments) => sdf::run(&arguments),
         Command::Repair(arguments) => repair::run(&arguments),
+        Command::Scan(arguments) => scan::run(&arguments),
+        Command::Reconstruct(arguments) => reconstruct::run(&arguments),
         Command::Cache(arguments) => cache::run(&arguments),
         Command::Hands(arguments) => hands::run(&arguments),
         Command::Objects(arguments) => objects::run(&arguments),

@@ -270,6 +270,14 @@ pub enum GeometryError {
         /// What is wrong.
         fault: String,
     },
+    /// Numbers that no camera has.
+    #[error("the camera cannot be used: {fault}; it must have {wanted}")]
+    Camera {
+        /// What is wrong.
+        fault: String,
+        /// What would be right.
+        wanted: &'static str,
+    },
     /// The points' extent fits no object in metres.
     #[error("the cloud is {extent} m across; {remedy}")]
     CloudExtent {

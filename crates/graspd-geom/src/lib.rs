@@ -39,6 +39,7 @@ mod pointcloud;
 mod poisson;
 mod remeshing;
 mod repair;
+mod rgbd;
 mod rigid;
 mod sampling;
 mod sdf;
@@ -49,7 +50,7 @@ mod topology;
 
 pub use cache::{CacheKey, CacheSize, DiskCache};
 pub use closed::{ClosedSurface, closed_surface, flipped, require_closed, weld_exact};
-pub use distance::{ClosestPoint, SignedDistance, TriangleTree, WindingField};
+pub use distance::{ClosestPoint, RayHit, SignedDistance, TriangleTree, WindingField};
 pub use error::GeometryError;
 pub use io::{load_mesh, require_mesh_format, save_mesh, save_obj, save_off, save_ply, save_stl};
 pub use isosurface::{NodeGrid, isosurface};
@@ -62,6 +63,13 @@ pub use pointcloud::{KdTree, PointCloud};
 pub use poisson::{PoissonSettings, PoissonSurface, poisson_surface};
 pub use remeshing::{RemeshTarget, remesh};
 pub use repair::{FilledHole, RepairReport, RepairSettings, RepairTier, RepairedMesh, repair};
+pub use rgbd::{
+    DepthImage, DepthIntrinsics, DepthNoise, DepthScene, DepthView, FusedCloud, FusedView,
+    FusionSettings, ObjectMask, PinholeCamera, Plane, Reconstruction, ReconstructionSettings,
+    Registration, RgbdCapture, ScanSettings, TurntableViews, align_to_mesh, fuse, is_ycb_capture,
+    read_capture, read_simple_capture, read_ycb_capture, reconstruct, scan_on_turntable,
+    standing_on_table,
+};
 pub use rigid::{Mat3, Quaternion, Rigid, Vec3};
 pub use sampling::{SurfacePoint, SurfaceSampler, sample_evenly};
 pub use sdf::{SdfGrid, SdfSampling};

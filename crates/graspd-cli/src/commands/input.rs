@@ -98,14 +98,27 @@ fn check_size(name_or_path: &str, size: f64, quiet: bool) -> Result<()> {
     } else {
         "if its unit is not the metre, set --scale"
     };
-    let side = format!("{name_or_path}: its largest side is {}", length(size));
-    if !POSSIBLE_SIZE.contains(&size) {
-        bail!("{side}, which no hand can grasp; {unit_hint}");
-    }
-    if !USUAL_SIZE.contains(&size) {
-        warn(quiet, &format!("{side}; {unit_hint}"));
+    if let Some(doubt) = size_doubt(name_or_path, size, unit_hint)? {
+        warn(quiet, &doubt);
     }
     Ok(())
+}
+
+/// What is to be said about the size of a reconstruction, if anything.
+///
+/// # Errors
+/// If no hand could grasp it.
+pub(crate) fn unit_doubt(name: &str, size: f64) -> Result<Option<String>> {
+    let hint = "check the depth image's unit (depth_scale_m, or the calibration's depth scale) and the poses";
+    size_doubt(name, size, hint)
+}
+
+fn size_doubt(name: &str, size: f64, hint: &str) -> Result<Option<String>> {
+    let side = format!("{name}: its largest side is {}", length(size));
+    if !POSSIBLE_SIZE.contains(&size) {
+        bail!("{side}, which no hand can grasp; {hint}");
+    }
+    Ok((!USUAL_SIZE.contains(&size)).then(|| format!("{side}; {hint}")))
 }
 
 /// A length in the unit that a reader expects, to about three digits.

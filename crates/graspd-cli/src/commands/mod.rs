@@ -8,6 +8,8 @@ pub(crate) mod input;
 pub(crate) mod objects;
 pub(crate) mod output;
 pub(crate) mod repair;
+pub(crate) mod reconstruct;
+pub(crate) mod scan;
 pub(crate) mod sdf;
 pub(crate) mod subject;
 pub(crate) mod synth;

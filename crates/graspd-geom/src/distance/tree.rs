@@ -123,6 +123,11 @@ impl TriangleTree {
         self.corners.iter()
     }
 
+    /// The face that is number `at` in leaf order.
+    pub(super) fn face(&self, at: usize) -> usize {
+        self.faces[at] as usize
+    }
+
     /// The middle of the mesh's box: the origin of the oriented boxes.
     pub(super) fn middle(&self) -> Point3<f64> {
         nalgebra::center(&self.extents[0][0], &self.extents[0][1])
@@ -158,7 +163,7 @@ impl TriangleTree {
         ClosestPoint {
             point: p + self.triangles[at].to_closest(p),
             distance: squared.sqrt(),
-            face: self.faces[at] as usize,
+            face: self.face(at),
             normal: normal
                 .try_normalize(f64::MIN_POSITIVE)
                 .unwrap_or_else(Vector3::zeros),

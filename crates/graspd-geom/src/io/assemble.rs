@@ -101,7 +101,7 @@ impl<'a> Assembly<'a> {
 }
 
 /// The error for bytes that do not follow the format.
-pub(super) fn parse_error(
+pub(crate) fn parse_error(
     path: &Path,
     line: Option<usize>,
     fault: impl Into<String>,

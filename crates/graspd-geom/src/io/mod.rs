@@ -14,8 +14,9 @@ use std::path::Path;
 
 use crate::{GeometryError, TriangleMesh};
 
-pub(crate) use save::temporary_beside;
+pub(crate) use assemble::parse_error;
 pub use save::{require_mesh_format, save_mesh, save_obj, save_off, save_ply, save_stl};
+pub(crate) use save::{temporary_beside, write_whole};
 
 /// The extensions that [`load_mesh`] knows.
 const READABLE: &str = ".obj, .stl, .ply, .off, .glb, .gltf, .dae";
@@ -49,7 +50,7 @@ pub fn load_mesh(path: impl AsRef<Path>) -> Result<TriangleMesh, GeometryError> 
     read(&file_bytes(path)?, path)
 }
 
-fn file_bytes(path: &Path) -> Result<Vec<u8>, GeometryError> {
+pub(crate) fn file_bytes(path: &Path) -> Result<Vec<u8>, GeometryError> {
     let failed = |source: std::io::Error| match source.kind() {
         std::io::ErrorKind::NotFound => GeometryError::Missing { path: path.into() },
         _ => GeometryError::Read {

@@ -128,7 +128,7 @@ pub fn save_stl(mesh: &TriangleMesh, path: impl AsRef<Path>) -> Result<(), Geome
     })
 }
 
-fn write_whole(
+pub(crate) fn write_whole(
     path: &Path,
     content: impl FnOnce(&mut dyn Write) -> std::io::Result<()>,
 ) -> Result<(), GeometryError> {

@@ -44,6 +44,24 @@ impl PointCloud {
         Ok(())
     }
 
+    /// The normals, of either sign, of the planes through each point and those of its nearest ones that belong to the
+    /// same side of the surface, by their numbers.
+    pub(crate) fn plane_normals(
+        &self,
+        tree: &KdTree,
+        neighbours: usize,
+        is_same_side: impl Fn(usize, usize) -> bool + Sync,
+    ) -> Vec<Vector3<f64>> {
+        (self.points.par_iter().enumerate())
+            .map_init(Vec::new, |found, (i, p)| {
+                tree.nearest(p, neighbours + 1, found);
+                let near = found.iter().map(|&(_, number)| number);
+                let near: Vec<u32> = near.filter(|&j| is_same_side(i, j as usize)).collect();
+                plane_normal(&self.points, &near)
+            })
+            .collect()
+    }
+
     /// Turns each normal towards the camera that saw its point: `cameras` are their positions, one for each point \[m\].
     ///
     /// # Errors

@@ -1,0 +1,254 @@
+//! Many views into one cloud with outward normals.
+
+use nalgebra::{Isometry3, Point3};
+
+use super::registration::registered;
+use super::tabletop::{dominant_plane, standing_on};
+use super::{DepthView, RgbdCapture};
+use crate::{GeometryError, KdTree, PointCloud};
+
+/// Partners in a registration of views are no farther apart \[m\].
+const FARTHEST_PARTNER: f64 = 0.01;
+/// Rounds in which every view is moved onto the others.
+const ROUNDS: usize = 2;
+/// Most points of a view that take part in its registration.
+const REGISTERED_POINTS: usize = 4_000;
+
+/// How views become a cloud.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FusionSettings {
+    /// Neighbourhood in which depths must not jump \[pixels in each direction\].
+    pub edge_radius: usize,
+    /// What is a jump \[m\].
+    pub edge_jump: f64,
+    /// Side of the cubes whose points are averaged \[m\].
+    pub cell: f64,
+    /// Points around each that give its normal.
+    pub neighbours: usize,
+    /// Points whose mean distance to 16 neighbours is so many standard deviations above the mean are left out.
+    pub outlier_deviations: f64,
+    /// Whether views are first moved onto each other, where poses are not exact.
+    pub refine: bool,
+}
+
+impl Default for FusionSettings {
+    fn default() -> Self {
+        Self {
+            edge_radius: 1,
+            edge_jump: 0.015,
+            cell: 0.0015,
+            neighbours: 24,
+            outlier_deviations: 2.0,
+            refine: false,
+        }
+    }
+}
+
+impl FusionSettings {
+    fn validate(&self) -> Result<(), GeometryError> {
+        for (name, value, low, high) in [
+            ("edge_radius", self.edge_radius as f64, 0.0, 50.0),
+            ("edge_jump", self.edge_jump, 1e-4, 10.0),
+            ("cell", self.cell, 1e-5, 0.1),
+            ("neighbours", self.neighbours as f64, 3.0, 1000.0),
+            ("outlier_deviations", self.outlier_deviations, 0.1, 1e6),
+        ] {
+            if !(low..=high).contains(&value) {
+                return Err(GeometryError::Setting {
+                    name,
+                    value,
+                    low,
+                    high,
+                });
+            }
+        }
+        Ok(())
+    }
+}
+
+/// What a view gave.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FusedView {
+    /// Its name.
+    pub name: String,
+    /// How many points of the object it gave.
+    pub points: usize,
+    /// How far refinement moved its points, at most \[m\].
+    pub moved: f64,
+}
+
+/// The points of all views.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FusedCloud {
+    /// In the frame of the capture, with outward normals.
+    pub cloud: PointCloud,
+    /// One for each view of the capture.
+    pub views: Vec<FusedView>,
+    /// Points before averaging and without the strays.
+    pub raw_points: usize,
+}
+
+/// Makes one cloud of all views: pixels at edges left out; of views without a mask only what stands on the table (the
+/// capture's, or else the plane that most points lie on), the largest connected part; stray points left out; dense ones
+/// averaged; normals estimated and turned to the cameras. Runs on rayon's current thread pool, with the same
+/// result for any number of threads.
+///
+/// # Errors
+/// Settings out of range; as [`PointCloud::require_points`] if what is left can be no object.
+pub fn fuse(capture: &RgbdCapture, settings: &FusionSettings) -> Result<FusedCloud, GeometryError> {
+    settings.validate()?;
+    let mut clouds: Vec<PointCloud> = (capture.views.iter())
+        .map(|view| seen_by(view, settings))
+        .collect();
+    keep_object(capture, &mut clouds);
+    let moved = if settings.refine {
+        refine(&mut clouds, settings)?
+    } else {
+        vec![0.0; clouds.len()]
+    };
+    let views = (capture.views.iter().zip(&clouds).zip(moved))
+        .map(|((view, cloud), moved)| FusedView {
+            name: view.name.clone(),
+            points: cloud.points.len(),
+            moved,
+        })
+        .collect();
+    let all = joined(&clouds);
+    all.require_points()?;
+    let raw_points = all.points.len();
+    let thinned = all.thinned(settings.cell)?;
+    let mut cloud = thinned.without_outliers(16, settings.outlier_deviations);
+    cloud.estimate_normals_towards(settings.neighbours)?;
+    Ok(FusedCloud {
+        cloud,
+        views,
+        raw_points,
+    })
+}
+
+/// A view's points, each with the direction to the camera in place of its normal: averaging then gives where a
+/// place was seen from.
+fn seen_by(view: &DepthView, settings: &FusionSettings) -> PointCloud {
+    let points = view.points(settings.edge_radius, settings.edge_jump);
+    let eye = view.eye();
+    let directions = points.iter().map(|p| (eye - p).normalize()).collect();
+    PointCloud {
+        points,
+        normals: directions,
+    }
+}
+
+/// Leaves of the clouds without a mask only what stands on the table.
+fn keep_object(capture: &RgbdCapture, clouds: &mut [PointCloud]) {
+    let unmasked: Vec<usize> = (0..clouds.len())
+        .filter(|&i| capture.views[i].mask.is_none())
+        .collect();
+    let Some(&first) = unmasked.first() else {
+        return;
+    };
+    let all = unmasked
+        .iter()
+        .flat_map(|&i| clouds[i].points.iter().copied());
+    let all: Vec<Point3<f64>> = all.collect();
+    let eye = capture.views[first].eye();
+    // Without a table, everything is the object.
+    let Some(table) = capture.table.or_else(|| dominant_plane(&all, &eye)) else {
+        return;
+    };
+    let mut kept = standing_on(&all, &table).into_iter().peekable();
+    let mut start = 0;
+    for i in unmasked {
+        let end = start + clouds[i].points.len();
+        let mut own = Vec::new();
+        while let Some(number) = kept.next_if(|&number| number < end) {
+            own.push(number - start);
+        }
+        clouds[i] = clouds[i].selected(&own);
+        start = end;
+    }
+}
+
+fn joined(clouds: &[PointCloud]) -> PointCloud {
+    PointCloud {
+        points: clouds
+            .iter()
+            .flat_map(|c| c.points.iter().copied())
+            .collect(),
+        normals: clouds
+            .iter()
+            .flat_map(|c| c.normals.iter().copied())
+            .collect(),
+    }
+}
+
+/// Moves each view in turn onto the others; gives how far points moved at most.
+fn refine(clouds: &mut [PointCloud], settings: &FusionSettings) -> Result<Vec<f64>, GeometryError> {
+    let mut motions = vec![Isometry3::identity(); clouds.len()];
+    // With one view there is nothing to move onto; the first one stays.
+    for _ in 0..ROUNDS {
+        for i in 1..clouds.len() {
+            let others: Vec<PointCloud> = (0..clouds.len())
+                .filter(|&j| j != i)
+                .map(|j| clouds[j].clone())
+                .collect();
+            let mut target = joined(&others).thinned(settings.cell)?;
+            if target.require_points().is_err() || clouds[i].points.len() < 100 {
+                continue;
+            }
+            target.estimate_normals_towards(settings.neighbours)?;
+            let tree = KdTree::new(&target.points);
+            let stride = clouds[i].points.len().div_ceil(REGISTERED_POINTS);
+            let points: Vec<Point3<f64>> =
+                clouds[i].points.iter().step_by(stride).copied().collect();
+            let nearest = |p: &Point3<f64>| {
+                let mut found = Vec::new();
+                tree.nearest(p, 1, &mut found);
+                let (squared, number) = *found.first()?;
+                let is_near = squared <= FARTHEST_PARTNER * FARTHEST_PARTNER;
+                let number = number as usize;
+                is_near.then(|| (target.points[number], target.normals[number]))
+            };
+            if let Some(found) = registered(&points, &Isometry3::identity(), &nearest) {
+                motions[i] = found.motion * motions[i];
+                for p in &mut clouds[i].points {
+                    *p = found.motion * *p;
+                }
+                for direction in &mut clouds[i].normals {
+                    *direction = found.motion * *direction;
+                }
+            }
+        }
+    }
+    let farthest = |(cloud, motion): (&PointCloud, &Isometry3<f64>)| {
+        let back = motion.inverse();
+        let distances = cloud.points.iter().map(|p| (back * p - p).norm());
+        distances.fold(0.0, f64::max)
+    };
+    Ok(clouds.iter().zip(&motions).map(farthest).collect())
+}
+
+impl PointCloud {
+    /// Estimates outward normals where the directions to the cameras stand in their place: from the plane through each
+    /// point and those of its `neighbours` nearest ones that were seen from the same side, turned to the camera. So both
+    /// sides of a thin wall keep their own.
+    ///
+    /// # Errors
+    /// As [`PointCloud::require_surface`].
+    pub(super) fn estimate_normals_towards(
+        &mut self,
+        neighbours: usize,
+    ) -> Result<(), GeometryError> {
+        self.require_surface()?;
+        let directions = std::mem::take(&mut self.normals);
+        let tree = KdTree::new(&self.points);
+        self.normals = self.plane_normals(&tree, neighbours, |i, j| {
+            directions[i].dot(&directions[j]) > 0.0
+        });
+        for (normal, direction) in self.normals.iter_mut().zip(&directions) {
+            if normal.dot(direction) < 0.0 {
+                *normal = -*normal;
+            }
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,140 @@
+//! From a cloud to a closed mesh in the object's own frame.
+
+use std::f64::consts::{PI, TAU};
+
+use nalgebra::{Isometry3, Point3, UnitQuaternion, Vector3};
+
+use super::registration::{Registration, registered};
+use crate::{
+    GeometryError, PointCloud, PoissonSettings, RepairReport, RepairSettings, SignedDistance,
+    TriangleMesh, poisson_surface, repair,
+};
+
+/// Turns about the vertical that an alignment starts from.
+const STARTS: usize = 24;
+/// Points that take part in an alignment.
+const ALIGNED_POINTS: usize = 3_000;
+
+/// How a cloud becomes a mesh.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ReconstructionSettings {
+    /// The Poisson reconstruction's.
+    pub poisson: PoissonSettings,
+    /// The surface is cut away where there are fewer points per area than this part of the median, and the hole patched:
+    /// above all under the object. 0 keeps the whole Poisson surface, which bulges there.
+    pub trim: f64,
+}
+
+impl Default for ReconstructionSettings {
+    /// Depth 5, as in the paper.
+    fn default() -> Self {
+        Self {
+            poisson: PoissonSettings {
+                depth: 5,
+                ..PoissonSettings::default()
+            },
+            trim: 0.1,
+        }
+    }
+}
+
+/// A closed mesh, and how it came about.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Reconstruction {
+    /// Closed and outward oriented.
+    pub mesh: TriangleMesh,
+    /// What repair did after trimming.
+    pub repair: RepairReport,
+    /// Part of the area of the Poisson surface that was cut away, as not seen.
+    pub trimmed: f64,
+}
+
+/// Reconstructs a closed surface from points with outward normals: screened Poisson reconstruction, cut away where
+/// nothing was seen, closed by [`repair`].
+///
+/// `name`: for errors.
+///
+/// # Errors
+/// As [`poisson_surface`] and [`repair`].
+pub fn reconstruct(
+    cloud: &PointCloud,
+    settings: &ReconstructionSettings,
+    name: &str,
+) -> Result<Reconstruction, GeometryError> {
+    if !(0.0..=1.0).contains(&settings.trim) {
+        return Err(GeometryError::Setting {
+            name: "trim",
+            value: settings.trim,
+            low: 0.0,
+            high: 1.0,
+        });
+    }
+    let surface = poisson_surface(cloud, &settings.poisson)?;
+    let mut density = surface.density.clone();
+    density.sort_unstable_by(f64::total_cmp);
+    let median = density[density.len() / 2];
+    let seen = if settings.trim > 0.0 {
+        surface.trimmed(settings.trim * median)
+    } else {
+        surface.mesh.clone()
+    };
+    let repaired = repair(&seen, &RepairSettings::default(), name)?;
+    Ok(Reconstruction {
+        trimmed: 1.0 - seen.area() / surface.mesh.area(),
+        mesh: repaired.mesh,
+        repair: repaired.report,
+    })
+}
+
+/// Finds how a cloud lies on a mesh of the same object, both standing upright (`up` in the cloud's frame, z in the mesh's): from
+/// 24 turns about the vertical, the best registration. Moves the cloud's frame to the mesh's. Objects that look the same when
+/// turned come to lie in one of these ways.
+///
+/// # Errors
+/// As [`SignedDistance::new`]; [`GeometryError::CloudTooSmall`] if the two have nothing in common.
+pub fn align_to_mesh(
+    cloud: &PointCloud,
+    up: &Vector3<f64>,
+    mesh: &TriangleMesh,
+) -> Result<Registration, GeometryError> {
+    cloud.require_points()?;
+    let distance = SignedDistance::new(mesh)?;
+    let stride = cloud.points.len().div_ceil(ALIGNED_POINTS);
+    let points: Vec<Point3<f64>> = cloud.points.iter().step_by(stride).copied().collect();
+    let upright = UnitQuaternion::rotation_between(up, &Vector3::z())
+        .unwrap_or_else(|| UnitQuaternion::from_axis_angle(&Vector3::x_axis(), PI));
+    let stood: Vec<Point3<f64>> = points.iter().map(|p| upright * p).collect();
+    let box_of = |points: &[Point3<f64>]| {
+        (points.iter()).fold((points[0], points[0]), |(l, h), p| (l.inf(p), h.sup(p)))
+    };
+    let (mesh_low, mesh_high) = distance.bounds();
+    let mesh_middle = nalgebra::center(&mesh_low, &mesh_high);
+    let nearest = |p: &Point3<f64>| {
+        let closest = distance.closest(p);
+        Some((closest.point, closest.normal))
+    };
+    let mut best: Option<Registration> = None;
+    for start in 0..STARTS {
+        let angle = TAU * start as f64 / STARTS as f64;
+        let turn = UnitQuaternion::from_scaled_axis(Vector3::z() * angle);
+        let turned: Vec<Point3<f64>> = stood.iter().map(|p| turn * p).collect();
+        let (low, high) = box_of(&turned);
+        let middle = nalgebra::center(&low, &high);
+        // Tops together: the lowest part may not have been seen.
+        let shift = Vector3::new(
+            mesh_middle.x - middle.x,
+            mesh_middle.y - middle.y,
+            mesh_high.z - high.z,
+        );
+        let motion = Isometry3::from_parts(shift.into(), turn * upright);
+        if let Some(found) = registered(&points, &motion, &nearest)
+            && best.is_none_or(|best| found.rms < best.rms)
+        {
+            best = Some(found);
+        }
+    }
+    best.ok_or(GeometryError::CloudTooSmall {
+        points: 0,
+        least: 6,
+    })
+}
