@@ -52,17 +52,21 @@ impl<E: Element> TargetRule<E> for AdamaxRule<'_, E> {
     fn update<T: Real<Element = E>>(&mut self, first: usize, gradient: [T; 6]) -> [T; 6] {
         self.0.update(first, POINT_PADDING, gradient)
     }
+    #[inline(always)]
+    fn inherit<T: Real<Element = E>>(&mut self, from: usize, to: usize) {
+        self.0.inherit::<T, 6>(from, to, POINT_PADDING);
+    }
 }
 
-/// Force step and L_phys with its derivative by the contact positions.
-struct ContactKernel<'a, E> {
+/// Force step and L_phys with its derivative by the contact positions, in four passes.
+struct FourPasses<'a, E> {
     scene: Scene<'a, E>,
     targets: Vec<E>,
     gradient: Vec<E>,
     optimizer: Adamax<E>,
 }
 
-impl<'a, E: Precision> ContactKernel<'a, E>
+impl<'a, E: Precision> FourPasses<'a, E>
 where
     for<'h> dyn Hand + 'h: Kinematics<E>,
 {
@@ -77,7 +81,7 @@ where
         }
     }
 
-    fn four_passes(&mut self) -> f64 {
+    fn run(&mut self) -> f64 {
         self.scene.contact_wrenches();
         self.scene.task(&self.targets);
         let (physics, task) = (WEIGHTS.physics, WEIGHTS.task);
@@ -86,9 +90,32 @@ where
         self.optimizer.step(RATE, &mut self.targets, &self.gradient);
         self.scene.physics_loss(&self.targets)
     }
+}
 
-    fn one_pass(&mut self) -> f64 {
-        self.scene.task_of_moved_targets();
+/// The same in one pass.
+struct OnePass<'a, E> {
+    scene: Scene<'a, E>,
+    targets: TargetWrenches<E>,
+    optimizer: Adamax<E>,
+}
+
+impl<'a, E: Precision> OnePass<'a, E>
+where
+    for<'h> dyn Hand + 'h: Kinematics<E>,
+{
+    fn new(setting: &'a Setting) -> Self {
+        let scene = setting.scene::<E>();
+        let targets = scene.new_targets();
+        let settings = AdamaxSettings::default();
+        Self {
+            scene,
+            optimizer: Adamax::new(targets.state_len(), settings).expect("they are in range"),
+            targets,
+        }
+    }
+
+    fn run(&mut self) -> f64 {
+        self.scene.task_of_moved_targets(&self.targets);
         let mut rule = AdamaxRule(self.optimizer.begin_iteration(RATE));
         self.scene
             .move_targets(WEIGHTS, &mut rule, &mut self.targets)

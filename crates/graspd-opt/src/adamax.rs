@@ -207,6 +207,25 @@ impl<E: Element> AdamaxIteration<'_, E> {
         }
         update
     }
+
+    /// The coordinates that [`AdamaxIteration::update`] would move for `first = to` take over the moments of those for
+    /// `first = from`, as they are now.
+    ///
+    /// # Panics
+    /// If there are no such coordinates.
+    #[inline(always)]
+    pub fn inherit<T: Real<Element = E>, const ROWS: usize>(
+        &mut self,
+        from: usize,
+        to: usize,
+        stride: usize,
+    ) {
+        for row in (0..ROWS * stride).step_by(stride) {
+            for moments in [&mut *self.mean, &mut *self.largest] {
+                T::load(&moments[from + row..]).store(&mut moments[to + row..]);
+            }
+        }
+    }
 }
 
 /// The arithmetic of one coordinate, or of one in each lane.

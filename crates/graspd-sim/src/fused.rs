@@ -2,7 +2,8 @@
 //!
 //! The plain way takes four passes: the wrenches, the gradient by the targets, the optimiser's step, and L_phys with its
 //! derivative by the positions. Here each contact is evaluated once, its targets and their optimiser's moments go
-//! through memory once, and what does not touch is spared the derivatives that are zero anyway.
+//! through memory once, what does not touch is spared the derivatives that are zero anyway, and what never touched has
+//! its targets in common with all that never did.
 
 use graspd_ad::{Dual, Element, Kernel, Mask, Real};
 use graspd_geom::Vec3;
@@ -10,6 +11,7 @@ use graspd_hand::{POINT_PADDING, PointBuffer};
 
 use crate::kernel::{ContactLoop, WRENCH_LEN};
 use crate::params::Wrench;
+use crate::targets::TargetWrenches;
 
 /// One iteration of an optimiser, as far as a pass over the contacts needs to know it: by how much targets move, given
 /// their gradient.
@@ -22,6 +24,10 @@ pub trait TargetRule<E: Element> {
     ///
     /// Called once for each target in a pass. Mark it `#[inline(always)]`, see [`Kernel::run`].
     fn update<T: Real<Element = E>>(&mut self, first: usize, gradient: [T; 6]) -> [T; 6];
+
+    /// The targets that [`TargetRule::update`] would move for `first = to` take over all that is remembered of those
+    /// for `first = from`.
+    fn inherit<T: Real<Element = E>>(&mut self, from: usize, to: usize);
 }
 
 /// The weights of both losses in the force step: `physics` L_phys + `task` L_task.
@@ -42,10 +48,7 @@ pub struct FusedKernel<'a, E, R> {
     /// dL_task / d(wrench), `[J]`.
     pub(crate) task_gradient: &'a [Wrench<f64>],
     pub(crate) rule: &'a mut R,
-    /// `[blocks of 8][J][6][8]`
-    pub(crate) targets: &'a mut [E],
-    /// Overwritten by the sums of the new targets over the blocks, `[J][6][8]`.
-    pub(crate) totals: &'a mut [E],
+    pub(crate) targets: &'a mut TargetWrenches<E>,
     /// dL_phys / d(position), `[n]`.
     pub(crate) gradient: &'a mut PointBuffer<E>,
 }
@@ -54,15 +57,25 @@ impl<E: Element, R: TargetRule<E>> FusedKernel<'_, E, R> {
     /// L_phys.
     #[inline(always)]
     pub(crate) fn run_with<L: Real<Element = E>>(mut self) -> f64 {
-        self.totals.fill(E::zero());
+        assert_eq!(L::LANES, self.targets.lanes, "contacts side by side");
+        self.targets.own_sums.fill(E::zero());
+        let shared_loss = self.move_shared::<L>();
         let mut total = L::zero();
         for first in (0..self.contacts.points.len()).step_by(L::LANES) {
             let point = self.contacts.point::<L>(first);
             let (distance, slope) = self.contacts.distance(point);
-            let (loss, gradient) = if distance.le(L::zero()).any() {
+            let touches = distance.le(L::zero()).any();
+            let mut own = self.targets.own[first / L::LANES];
+            if touches && !own {
+                self.separate::<L>(first);
+                own = true;
+            }
+            let (loss, gradient) = if touches {
                 self.touching(first, point)
-            } else {
+            } else if own {
                 self.apart(first, point, distance, slope)
+            } else {
+                (shared_loss, self.never_touched(point, distance, slope))
             };
             let weight = L::load(&self.weight[first..]);
             total += weight * loss;
@@ -75,6 +88,45 @@ impl<E: Element, R: TargetRule<E>> FusedKernel<'_, E, R> {
             sum += total.lane(lane);
         }
         sum
+    }
+
+    /// The force step of what never touched, once for all: its wrenches are 0. Returns L_phys of one such contact.
+    #[inline(always)]
+    fn move_shared<L: Real<Element = E>>(&mut self) -> L {
+        let (now, before) = (self.targets.shared(), self.targets.shared_before());
+        let mut loss = L::zero();
+        for j in 0..self.contacts.velocities.len() {
+            let row = j * WRENCH_LEN * POINT_PADDING;
+            self.inherit::<L>(now + row, before + row);
+            let target = self.advance(now + row, j, L::one(), [L::zero(); WRENCH_LEN]);
+            for k in 0..WRENCH_LEN {
+                let residual = -target[k];
+                loss += residual * residual;
+                (residual + residual).store(&mut self.targets.pull[row + k * POINT_PADDING..]);
+            }
+        }
+        loss
+    }
+
+    /// Gives these contacts targets of their own: those that all others had before this step.
+    #[inline(always)]
+    fn separate<L: Real<Element = E>>(&mut self, first: usize) {
+        let before = self.targets.shared_before();
+        for j in 0..self.contacts.velocities.len() {
+            let row = j * WRENCH_LEN * POINT_PADDING;
+            self.inherit::<L>(before + row, self.contacts.offset(first, j));
+        }
+        self.targets.own[first / L::LANES] = true;
+    }
+
+    /// Copies the targets of one velocity, and what the rule remembers of them.
+    #[inline(always)]
+    fn inherit<L: Real<Element = E>>(&mut self, from: usize, to: usize) {
+        for k in 0..WRENCH_LEN {
+            let target = L::load(&self.targets.values[from + k * POINT_PADDING..]);
+            target.store(&mut self.targets.values[to + k * POINT_PADDING..]);
+        }
+        self.rule.inherit::<L>(from, to);
     }
 
     /// Where some contact touches: each is evaluated with its derivative by its position.
@@ -129,7 +181,30 @@ impl<E: Element, R: TargetRule<E>> FusedKernel<'_, E, R> {
         (loss, slope * (loss_by_depth * depth_by_distance))
     }
 
-    /// The force step for one velocity: moves the targets of these contacts and returns them.
+    /// Where nothing ever touched: as [`Self::apart`], with the targets that all such contacts share. Their share of
+    /// L_phys is known already.
+    #[inline(always)]
+    fn never_touched<L: Real<Element = E>>(
+        &self,
+        point: Vec3<L>,
+        distance: L,
+        slope: Vec3<L>,
+    ) -> Vec3<L> {
+        let contacts = self.contacts;
+        let state = contacts.state_at(point, distance, slope);
+        let pulls = self.targets.pull.chunks_exact(WRENCH_LEN * POINT_PADDING);
+        let mut loss_by_depth = L::zero();
+        for (velocity, pull) in contacts.velocities.iter().zip(pulls) {
+            let per_depth = contacts.wrench_per_depth(&state, velocity);
+            for k in 0..WRENCH_LEN {
+                loss_by_depth += L::load(&pull[k * POINT_PADDING..]) * per_depth[k];
+            }
+        }
+        let depth_by_distance = L::constant(-contacts.contact.leak);
+        slope * (loss_by_depth * depth_by_distance)
+    }
+
+    /// The force step for one velocity: moves the own targets of these contacts and returns them.
     #[inline(always)]
     fn move_targets<L: Real<Element = E>>(
         &mut self,
@@ -137,18 +212,32 @@ impl<E: Element, R: TargetRule<E>> FusedKernel<'_, E, R> {
         j: usize,
         wrench: [L; WRENCH_LEN],
     ) -> [L; WRENCH_LEN] {
+        let weight = L::load(&self.weight[first..]);
+        let target = self.advance(self.contacts.offset(first, j), j, weight, wrench);
+        let lane = first % POINT_PADDING;
+        let sums = &mut self.targets.own_sums[j * WRENCH_LEN * POINT_PADDING + lane..]
+            [..(WRENCH_LEN - 1) * POINT_PADDING + L::LANES];
+        for k in 0..WRENCH_LEN {
+            let sum = L::load(&sums[k * POINT_PADDING..]) + target[k];
+            sum.store(&mut sums[k * POINT_PADDING..]);
+        }
+        target
+    }
+
+    /// Moves the targets for velocity `j` that begin at `offset`, and returns them.
+    #[inline(always)]
+    fn advance<L: Real<Element = E>>(
+        &mut self,
+        offset: usize,
+        j: usize,
+        weight: L,
+        wrench: [L; WRENCH_LEN],
+    ) -> [L; WRENCH_LEN] {
         let Wrench { torque, force } = self.task_gradient[j];
         let task = [torque.x, torque.y, torque.z, force.x, force.y, force.z];
         let physics = L::constant(2.0 * self.force_weights.physics);
-        let weight = L::load(&self.weight[first..]);
-
-        let offset = self.contacts.offset(first, j);
         let end = offset + (WRENCH_LEN - 1) * POINT_PADDING + L::LANES;
-        let targets = &mut self.targets[offset..end];
-        let lane = first % POINT_PADDING;
-        let totals = &mut self.totals[j * WRENCH_LEN * POINT_PADDING + lane..]
-            [..(WRENCH_LEN - 1) * POINT_PADDING + L::LANES];
-
+        let targets = &mut self.targets.values[offset..end];
         let (mut target, mut gradient) = ([L::zero(); WRENCH_LEN], [L::zero(); WRENCH_LEN]);
         for k in 0..WRENCH_LEN {
             target[k] = L::load(&targets[k * POINT_PADDING..]);
@@ -159,8 +248,6 @@ impl<E: Element, R: TargetRule<E>> FusedKernel<'_, E, R> {
         for k in 0..WRENCH_LEN {
             target[k] += update[k];
             target[k].store(&mut targets[k * POINT_PADDING..]);
-            let total = L::load(&totals[k * POINT_PADDING..]) + target[k];
-            total.store(&mut totals[k * POINT_PADDING..]);
         }
         target
     }

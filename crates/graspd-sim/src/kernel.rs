@@ -1,6 +1,6 @@
 //! The loops over contacts: the whole cost of a step is here.
 
-use graspd_ad::{Dual, Element, Kernel, Real, vectorize};
+use graspd_ad::{Dual, Element, Kernel, Lanes, Real, vectorize};
 use graspd_geom::Vec3;
 use graspd_hand::{POINT_PADDING, PointBuffer};
 
@@ -17,6 +17,9 @@ pub(crate) const WRENCH_LEN: usize = 6;
 /// Implemented by `f64`, the reference: one contact at a time; and by `f32`: eight contacts at a time in the widest
 /// vector registers of the machine. Both run the same code.
 pub trait Precision: Element {
+    /// How many contacts are evaluated at a time.
+    const CONTACTS_AT_A_TIME: usize;
+
     /// The wrench of every contact for every object velocity, `[blocks of 8][J][6][8]`.
     fn wrenches(contacts: &ContactLoop<'_, Self>, wrenches: &mut [Self]);
 
@@ -35,6 +38,7 @@ pub trait Precision: Element {
 }
 
 impl Precision for f64 {
+    const CONTACTS_AT_A_TIME: usize = 1;
     fn wrenches(contacts: &ContactLoop<'_, f64>, wrenches: &mut [f64]) {
         WrenchKernel { contacts, wrenches }.run_with::<f64>();
     }
@@ -58,6 +62,7 @@ impl Precision for f64 {
 }
 
 impl Precision for f32 {
+    const CONTACTS_AT_A_TIME: usize = Lanes::LANES;
     fn wrenches(contacts: &ContactLoop<'_, f32>, wrenches: &mut [f32]) {
         vectorize(WrenchKernel { contacts, wrenches });
     }

@@ -62,6 +62,7 @@ mod object;
 mod params;
 mod scene;
 mod step;
+mod targets;
 
 pub use contact::ContactState;
 pub use error::SimulationError;
@@ -75,3 +76,4 @@ pub use object::SimulatedObject;
 pub use params::{ContactParams, SimulationParams, Twist, Wrench};
 pub use scene::{Scene, TaskOutcome};
 pub use step::{step_twist, task_loss};
+pub use targets::TargetWrenches;

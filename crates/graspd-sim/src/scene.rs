@@ -11,6 +11,7 @@ use crate::losses::intersection_loss_gradient;
 use crate::object::SimulatedObject;
 use crate::params::{ContactParams, SimulationParams, Twist, Wrench};
 use crate::step::{step_twist, task_loss};
+use crate::targets::TargetWrenches;
 
 /// The outcome of the simulated steps under a set of contact wrenches.
 #[derive(Clone, Debug)]
@@ -56,8 +57,6 @@ pub struct Scene<'a, E> {
     sphere_gradient: PointBuffer<E>,
     weight: Vec<E>,
     wrenches: Vec<E>,
-    /// The sums of the targets of the last [`Scene::move_targets`] over the blocks of contacts, `[J][6][8]`.
-    target_sums: Vec<E>,
     task: TaskOutcome,
     twists_after: Vec<Twist<f64>>,
 }
@@ -95,7 +94,6 @@ where
                 .map(|&w| E::constant(f64::from(w)))
                 .collect(),
             wrenches: vec![E::constant(0.0); len * velocities * WRENCH_LEN],
-            target_sums: vec![E::constant(0.0); velocities * WRENCH_LEN * POINT_PADDING],
             task: TaskOutcome {
                 loss: 0.0,
                 wrench_gradient: vec![
@@ -113,6 +111,15 @@ where
     /// How many numbers a set of target wrenches has: 6 J for each contact, padding included.
     pub fn wrench_len(&self) -> usize {
         self.wrenches.len()
+    }
+
+    /// Target wrenches for [`Scene::move_targets`], all 0.
+    pub fn new_targets(&self) -> TargetWrenches<E> {
+        TargetWrenches::new(
+            &self.weight,
+            self.params.velocities.len(),
+            E::CONTACTS_AT_A_TIME,
+        )
     }
 
     /// Sets the radius r by which the object is dilated \[m\] (coarse-to-fine smoothing): contacts feel the distance
@@ -199,14 +206,24 @@ where
         self.finish_task()
     }
 
-    /// [`Scene::task`] for the targets that the last [`Scene::move_targets`] left, whose sums it kept; before the first
-    /// one, for targets 0.
-    pub fn task_of_moved_targets(&mut self) -> &TaskOutcome {
+    /// [`Scene::task`] for the targets that [`Scene::move_targets`] moves, which keep their sums.
+    ///
+    /// # Panics
+    /// If `targets` are not those of [`Scene::new_targets`].
+    pub fn task_of_moved_targets(&mut self, targets: &TargetWrenches<E>) -> &TaskOutcome {
+        self.check_targets(targets);
         for j in 0..self.params.velocities.len() {
-            let total = total_wrench(&self.target_sums, self.params.velocities.len(), j);
-            self.step_object(j, &total);
+            self.step_object(j, &targets.total(j));
         }
         self.finish_task()
+    }
+
+    fn check_targets(&self, targets: &TargetWrenches<E>) {
+        assert_eq!(
+            targets.shared(),
+            self.wrenches.len(),
+            "targets made by this scene"
+        );
     }
 
     /// Steps the object from velocity `j`.
@@ -292,18 +309,15 @@ where
     /// for those holds here. The wrenches are not kept.
     ///
     /// # Panics
-    /// If `targets` is not [`Scene::wrench_len`] long.
+    /// If `targets` are not those of [`Scene::new_targets`], or `rule` knows fewer than
+    /// [`TargetWrenches::state_len`] of them.
     pub fn move_targets<R: TargetRule<E>>(
         &mut self,
         weights: ForceWeights,
         rule: &mut R,
-        targets: &mut [E],
+        targets: &mut TargetWrenches<E>,
     ) -> f64 {
-        assert_eq!(
-            targets.len(),
-            self.wrenches.len(),
-            "one target for each wrench"
-        );
+        self.check_targets(targets);
         E::fused(FusedKernel {
             contacts: &contact_loop!(self),
             weight: &self.weight,
@@ -311,7 +325,6 @@ where
             task_gradient: &self.task.wrench_gradient,
             rule,
             targets,
-            totals: &mut self.target_sums,
             gradient: &mut self.contact_gradient,
         })
     }

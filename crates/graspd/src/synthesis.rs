@@ -10,7 +10,7 @@ use graspd_opt::{
 };
 use graspd_sim::{
     ContactParams, ForceWeights, Precision, Scene, SimulatedObject, SimulationParams, TargetRule,
-    limit_loss_gradient, range_loss_gradient,
+    TargetWrenches, limit_loss_gradient, range_loss_gradient,
 };
 
 use crate::GraspError;
@@ -121,6 +121,10 @@ impl<E: Precision> TargetRule<E> for AdamaxRule<'_, E> {
     fn update<T: Real<Element = E>>(&mut self, first: usize, gradient: [T; 6]) -> [T; 6] {
         self.0.update(first, POINT_PADDING, gradient)
     }
+    #[inline(always)]
+    fn inherit<T: Real<Element = E>>(&mut self, from: usize, to: usize) {
+        self.0.inherit::<T, 6>(from, to, POINT_PADDING);
+    }
 }
 
 /// Everything that changes while one grasp is optimised.
@@ -135,7 +139,7 @@ struct Optimization<'a, E: Precision> {
     force_decay: Schedule,
 
     /// f_hat, the target wrench of each contact for each velocity, and its optimiser.
-    targets: Vec<E>,
+    targets: TargetWrenches<E>,
     force_optimizer: Adamax<E>,
     task: RelativeConstraint,
 
@@ -160,7 +164,7 @@ where
         settings: &'a SynthesisSettings,
     ) -> Result<Self, GraspError> {
         let scene = Scene::<E>::new(hand, object, simulation);
-        let wrenches = scene.wrench_len();
+        let targets = scene.new_targets();
         let articulation = start.articulation.len();
         let pose_len = 6 + articulation;
         let group = |range, rate| ParameterGroup { range, rate };
@@ -173,8 +177,8 @@ where
             losses: Losses::default(),
             pose_decay: settings.pose_decay()?,
             force_decay: settings.force_decay()?,
-            targets: vec![E::zero(); wrenches],
-            force_optimizer: Adamax::new(wrenches, AdamaxSettings::default())?,
+            force_optimizer: Adamax::new(targets.state_len(), AdamaxSettings::default())?,
+            targets,
             task: RelativeConstraint::new(settings.task_limit, settings.damping),
             gradient: PoseGradient::zero(articulation),
             flat_gradient: vec![0.0; pose_len],
@@ -207,7 +211,7 @@ where
     /// Moves the target wrenches: minimises `relaxation_weight` L_phys subject to L_task < C_task, the pose fixed. The
     /// same pass over the contacts gives L_phys with the new targets, and its derivative, to the pose step.
     fn force_step(&mut self, step: usize) {
-        self.losses.task = self.scene.task_of_moved_targets().loss;
+        self.losses.task = self.scene.task_of_moved_targets(&self.targets).loss;
         let weights = ForceWeights {
             physics: self.settings.relaxation_weight,
             task: self.task.weight(self.losses.task),

@@ -56,4 +56,8 @@ impl<E: Element> TargetRule<E> for AdamaxRule<'_, E> {
     fn update<T: Real<Element = E>>(&mut self, first: usize, gradient: [T; 6]) -> [T; 6] {
         self.0.update(first, POINT_PADDING, gradient)
     }
+    #[inline(always)]
+    fn inherit<T: Real<Element = E>>(&mut self, from: usize, to: usize) {
+        self.0.inherit::<T, 6>(from, to, POINT_PADDING);
+    }
 }
