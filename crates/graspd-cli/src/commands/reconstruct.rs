@@ -12,7 +12,7 @@ use graspd_geom::{
 };
 use nalgebra::{Isometry3, Vector3};
 
-use super::input::{load_object, on_threads, unit_doubt};
+use super::input::{RepairChoice, load_object, on_threads, unit_doubt};
 use super::output::prepare_file;
 use super::scan::spread_views;
 use crate::console::{print, print_json, warn};
@@ -42,6 +42,8 @@ pub(crate) struct Arguments {
     /// Express the result in the frame of this mesh of the same object, found by registration
     #[arg(long, value_name = "MESH", value_parser = NonEmptyStringValueParser::new())]
     align_to: Option<String>,
+    #[command(flatten)]
+    repair: RepairChoice,
     /// Worker threads (one for each core by default); results do not depend on it
     #[arg(long)]
     threads: Option<usize>,
@@ -165,7 +167,7 @@ fn align(
     let Some(name) = &arguments.align_to else {
         return Ok(None);
     };
-    let target = load_object(name, 1.0, arguments.quiet)?;
+    let target = load_object(name, 1.0, &arguments.repair, arguments.quiet)?;
     let up = capture.table.map_or(Vector3::z(), |table| table.normal);
     let found = align_to_mesh(cloud, &up, &target.mesh).with_context(|| name.clone())?;
     Ok(Some(found))

@@ -8,7 +8,7 @@ use clap::Args;
 use clap::builder::NonEmptyStringValueParser;
 use graspd_geom::{DepthNoise, ScanSettings, TurntableViews, scan_on_turntable};
 
-use super::input::{load_object, on_threads};
+use super::input::{RepairChoice, load_object, on_threads};
 use super::output::prepare_folder;
 use crate::console::{print, print_json};
 use crate::progress::Progress;
@@ -33,6 +33,8 @@ pub(crate) struct Arguments {
     /// Multiplies the object's coordinates
     #[arg(long, default_value_t = 1.0, allow_negative_numbers = true)]
     scale: f64,
+    #[command(flatten)]
+    repair: RepairChoice,
     /// Worker threads (one for each core by default); results do not depend on it
     #[arg(long)]
     threads: Option<usize>,
@@ -60,7 +62,12 @@ fn scan(arguments: &Arguments) -> Result<()> {
     if !(arguments.noise.is_finite() && arguments.noise >= 0.0) {
         bail!("--noise is {}; it must be 0 or more", arguments.noise);
     }
-    let object = load_object(&arguments.object, arguments.scale, arguments.quiet)?;
+    let object = load_object(
+        &arguments.object,
+        arguments.scale,
+        &arguments.repair,
+        arguments.quiet,
+    )?;
     prepare_folder(&arguments.output)?;
     let started = Instant::now();
     let title = format!("{} views", arguments.views);
