@@ -51,7 +51,7 @@ pub use cache::{CacheKey, CacheSize, DiskCache};
 pub use closed::{ClosedSurface, closed_surface, flipped, require_closed, weld_exact};
 pub use distance::{ClosestPoint, SignedDistance, TriangleTree, WindingField};
 pub use error::GeometryError;
-pub use io::{load_mesh, save_mesh, save_obj, save_off, save_stl};
+pub use io::{load_mesh, parse_mesh, save_mesh, save_obj, save_off, save_stl};
 pub use isosurface::{NodeGrid, isosurface};
 pub use mass::{MassProperties, signed_volume};
 pub use mesh::TriangleMesh;
