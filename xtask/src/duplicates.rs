@@ -12,9 +12,10 @@ const SINGLE: [&str; 4] = ["nalgebra", "parry", "rapier", "glam"];
 /// Crates of those names that are something else.
 const OTHER: [&str; 3] = ["nalgebra-macros", "nalgebra-sparse", "glamx"];
 
-/// Checks what is compiled for this machine: Cargo.lock also holds versions that no feature in use asks for.
+/// Checks what is compiled for this machine: Cargo.lock also holds versions that no feature in use asks for. Tests may
+/// compare with crates that bring their own.
 pub(crate) fn check_workspace(root: &Path) -> Result<()> {
-    let line = "tree --locked --workspace --prefix none --format {p}";
+    let line = "tree --locked --workspace --edges normal,build --prefix none --format {p}";
     report(faults(&output(&mut cargo(root, line))?))
 }
 

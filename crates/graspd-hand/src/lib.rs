@@ -82,4 +82,4 @@ pub use mano::{
 pub use mirroring::MirroredHand;
 pub use part::Part;
 pub use tree::{KinematicTree, LinkFrame};
-pub use urdf::{UrdfOptions, load_urdf};
+pub use urdf::{UrdfOptions, load_urdf, parse_urdf};

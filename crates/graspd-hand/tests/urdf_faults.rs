@@ -139,6 +139,27 @@ fn each_fault_has_its_message() {
             "`follow`"
         );
     }
+    let circle = [
+        bend(["a", "b"], ""),
+        joint(
+            "one",
+            "revolute",
+            ["b", "c"],
+            &format!(r#"{LIMIT}<mimic joint="two"/>"#),
+        ),
+        joint(
+            "two",
+            "revolute",
+            ["c", "d"],
+            &format!(r#"{LIMIT}<mimic joint="one"/>"#),
+        ),
+    ];
+    fault!(
+        robot("abcd", &circle.concat()),
+        HandError::BadMimic { .. },
+        "`one`",
+        "in turn"
+    );
     let bad_size = ab("").replacen("0.02 0.02 0.02", "0.02 0 0.02", 1);
     fault!(bad_size, HandError::BadSize { .. }, "`a`", "box");
     let mesh = |file: &str| {
@@ -154,6 +175,17 @@ fn each_fault_has_its_message() {
         "none.stl",
         "`a`"
     );
+    for (name, content) in [
+        ("none.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\n"),
+        ("none.stl", "solid nothing\nendsolid nothing\n"),
+        ("none.off", "OFF\n1 0 0\n0 0 0\n"),
+    ] {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join(name);
+        std::fs::write(&file, content).unwrap();
+        let at = file.to_str().unwrap();
+        fault!(mesh(at), HandError::BadMesh { .. }, "`a`", name, "no faces");
+    }
     fault!(mesh("hand.urdf"), HandError::BadMesh { .. }, "`a`", ".urdf");
     fault!(ab("").replace(BOX, ""), HandError::NoGeometry, "geometry");
 }

@@ -38,7 +38,28 @@ const READABLE: &str = ".obj, .stl, .ply, .off, .glb, .gltf, .dae";
 /// Whatever is wrong with the file, as a [`GeometryError`] that names it.
 pub fn load_mesh(path: impl AsRef<Path>) -> Result<TriangleMesh, GeometryError> {
     let path = path.as_ref();
-    let read = match extension(path).as_str() {
+    let read = reader(path)?;
+    read(&file_bytes(path)?, path)
+}
+
+/// The triangle mesh in the bytes of a file called `name`, which need not exist, as [`load_mesh`] reads it.
+///
+/// # Errors
+/// As [`load_mesh`].
+pub fn parse_mesh(bytes: &[u8], name: impl AsRef<Path>) -> Result<TriangleMesh, GeometryError> {
+    let path = name.as_ref();
+    let read = reader(path)?;
+    if bytes.is_empty() {
+        return Err(GeometryError::Empty { path: path.into() });
+    }
+    read(bytes, path)
+}
+
+type Reader = fn(&[u8], &Path) -> Result<TriangleMesh, GeometryError>;
+
+/// What reads a file of this name.
+fn reader(path: &Path) -> Result<Reader, GeometryError> {
+    Ok(match extension(path).as_str() {
         "obj" => obj::read,
         "stl" => stl::read,
         "ply" => ply::read,
@@ -46,8 +67,7 @@ pub fn load_mesh(path: impl AsRef<Path>) -> Result<TriangleMesh, GeometryError> 
         "dae" => dae::read,
         "glb" | "gltf" => gltf::read,
         _ => return Err(unsupported(path, READABLE)),
-    };
-    read(&file_bytes(path)?, path)
+    })
 }
 
 pub(crate) fn file_bytes(path: &Path) -> Result<Vec<u8>, GeometryError> {

@@ -5,6 +5,7 @@
 //! or to drop. Strings and arrays stay in the file's own bytes.
 
 use std::borrow::Cow;
+use std::collections::BTreeMap;
 
 use super::pickle_literals::{bad, decimal, long, readable, unquoted};
 use crate::HandError;
@@ -83,7 +84,7 @@ impl<'a> Pickle<'a> {
             values: Vec::new(),
             stack: Vec::new(),
             marks: Vec::new(),
-            memo: Vec::new(),
+            memo: BTreeMap::new(),
         };
         loop {
             if let Some(root) = machine.step()? {
@@ -139,7 +140,8 @@ struct Machine<'a> {
     stack: Vec<Id>,
     /// Heights of the stack.
     marks: Vec<usize>,
-    memo: Vec<Option<Id>>,
+    /// By number; numbers may leave gaps, so that a list of them could outgrow the file.
+    memo: BTreeMap<usize, Id>,
 }
 
 impl<'a> Machine<'a> {
@@ -372,15 +374,12 @@ impl<'a> Machine<'a> {
         if index >= MOST_VALUES {
             return bad(format!("it remembers a value under the number {index}"));
         }
-        if index >= self.memo.len() {
-            self.memo.resize(index + 1, None);
-        }
-        self.memo[index] = Some(self.top()?);
+        self.memo.insert(index, self.top()?);
         Ok(())
     }
     fn get(&mut self, index: usize) -> Result<(), HandError> {
-        match self.memo.get(index) {
-            Some(&Some(id)) => self.push_id(id),
+        match self.memo.get(&index) {
+            Some(&id) => self.push_id(id),
             _ => bad(format!("it recalls a value {index} that it has not named")),
         }
     }

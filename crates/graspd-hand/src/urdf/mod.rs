@@ -70,8 +70,22 @@ pub fn load_urdf(
     options: &UrdfOptions,
 ) -> Result<ArticulatedHand, HandError> {
     let path = path.as_ref();
-    let text = read_text(path)?;
-    hand_from_text(&text, path, options).map_err(|error| HandError::InFile {
+    parse_urdf(&read_text(path)?, path, options)
+}
+
+/// The hand that the text of a URDF file describes, as [`load_urdf`] reads it.
+///
+/// `path`: where the text would stand; meshes and settings are looked for beside it.
+///
+/// # Errors
+/// [`HandError::InFile`] with the fault.
+pub fn parse_urdf(
+    text: &str,
+    path: impl AsRef<Path>,
+    options: &UrdfOptions,
+) -> Result<ArticulatedHand, HandError> {
+    let path = path.as_ref();
+    hand_from_text(text, path, options).map_err(|error| HandError::InFile {
         file: path.into(),
         error: Box::new(error),
     })

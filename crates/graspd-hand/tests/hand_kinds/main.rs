@@ -1,5 +1,5 @@
-//! Every kind of hand: forward kinematics against an independent chain of nalgebra motions, pullbacks against central
-//! differences and the tape, mirror images.
+//! Every kind of hand: forward kinematics against the crate `k`, pullbacks against central differences and the tape,
+//! mirror images.
 
 mod motion;
 mod pullback;
@@ -10,6 +10,7 @@ use rand_chacha::ChaCha8Rng;
 
 pub(crate) const RIGHT: &str = "data/hands/simlab_allegro_hand_ros/allegro_hand_description/allegro_hand_description_right.urdf";
 pub(crate) const LEFT: &str = "data/hands/simlab_allegro_hand_ros/allegro_hand_description/allegro_hand_description_left.urdf";
+pub(crate) const ALLEGRO: &str = "data/hands/allegro_hand/allegro_hand_right.urdf";
 pub(crate) const LEAP: &str = "data/hands/leap_hand/leap_hand_right.urdf";
 pub(crate) const BARRETT: &str = "data/hands/barrett_hand/bhand_model.urdf";
 

@@ -76,3 +76,16 @@ proptest! {
         look(&bytes);
     }
 }
+
+/// Where fuzzing starts from: `cargo test -p graspd-hand --test mano write_seeds -- --ignored` writes it.
+#[test]
+#[ignore = "writes the seeds of the fuzz targets"]
+fn write_seeds() {
+    let seeds = concat!(env!("CARGO_MANIFEST_DIR"), "/../../fuzz/seeds");
+    for (file, bytes) in ["pickle/smallest.pkl", "npz/smallest.npz"]
+        .iter()
+        .zip(&*FILES)
+    {
+        std::fs::write(format!("{seeds}/{file}"), bytes).unwrap();
+    }
+}
