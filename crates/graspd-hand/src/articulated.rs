@@ -31,8 +31,8 @@ impl Default for HandOptions {
     fn default() -> Self {
         Self {
             contact_points: 3000,
-            collision_spheres: 80,
-            collision_pairs: 1500,
+            collision_spheres: 160,
+            collision_pairs: 4000,
             seed: 0,
         }
     }

@@ -80,7 +80,7 @@ impl<'a> Encounters<'a> {
     }
 
     /// The pairs of spheres that can come close, nearest first; none of one body, of a body and its parent, or of
-    /// two bodies whose spheres overlap in the open hand or nearly always.
+    /// two bodies that overlap, as their inscribed spheres tell, in the open hand or nearly always.
     pub(crate) fn pairs_that_may_meet(&self, spheres: &[Sphere]) -> Vec<[u32; 2]> {
         let mut pairs = self.candidate_pairs(spheres);
         let mut overlaps = BodyPairs::new(self.tree.body_count());
@@ -113,6 +113,7 @@ impl<'a> Encounters<'a> {
                         bodies: [body_a.min(body_b), body_a.max(body_b)],
                         nearest_squared: f64::INFINITY,
                         radii: sphere_a.radius + sphere_b.radius,
+                        inscribed: sphere_a.inscribed + sphere_b.inscribed,
                     });
                 }
             }
@@ -145,6 +146,8 @@ struct SpherePair {
     /// Smallest square of the centers' distance in any articulation visited.
     nearest_squared: f64,
     radii: f64,
+    /// The same for the spheres that stay inside their parts.
+    inscribed: f64,
 }
 
 impl SpherePair {
@@ -177,7 +180,7 @@ impl BodyPairs {
         for pair in pairs {
             let squared = (centers[pair.a] - centers[pair.b]).norm_squared();
             pair.nearest_squared = pair.nearest_squared.min(squared);
-            if squared < pair.radii * pair.radii {
+            if squared < pair.inscribed * pair.inscribed {
                 is_overlapping[pair.bodies[0] * self.bodies + pair.bodies[1]] = true;
             }
         }

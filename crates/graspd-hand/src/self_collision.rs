@@ -14,6 +14,10 @@ const SMALLEST_RADIUS: f64 = 2e-3;
 const CANDIDATES_PER_SIDE: f64 = 8.0;
 /// Attempts to move a candidate center towards the medial axis.
 const CLIMBING_STEPS: usize = 8;
+/// How far spheres may stand out of their parts, in their radii and at most \[m\]: inscribed ones alone leave edges and
+/// corners uncovered, with which fingers would dig into each other unseen.
+const PROTRUSIONS: [f64; 4] = [0.0, 0.07, 0.14, 0.21];
+const LARGEST_PROTRUSION: f64 = 2e-3;
 /// What counts as the gap between a surface point and the spheres of a body that has none yet \[m\].
 const LARGEST_GAP: f64 = 0.02;
 /// Surface points looked at.
@@ -26,12 +30,14 @@ pub(crate) struct Sphere {
     /// In the body's frame.
     pub(crate) center: Vec3<f64>,
     pub(crate) radius: f64,
+    /// The radius of the sphere of that center that just stays inside the part.
+    pub(crate) inscribed: f64,
 }
 
-/// Spheres inscribed in the parts, and the pairs of them that must not overlap; the open hand has no overlap.
+/// Spheres that stand for the parts, and the pairs of them that must not overlap; the open hand has no overlap.
 ///
-/// Spheres are added one by one, each time the one that takes most off the sum of squared gaps between surface points
-/// and the spheres of their bodies. A first round looks at the whole surface; the final one only at those points that
+/// Spheres are added one by one, each time the one that takes most off the sum of squared distances between surface
+/// points and the union of the spheres of their bodies, whether they lie outside it or within. A first round looks at the whole surface; the final one only at those points that
 /// other bodies, as the first round's spheres, can come near to. `open_poses`: the bodies' poses in the open hand.
 pub(crate) fn fit(
     description: &HandDescription,
@@ -57,10 +63,28 @@ pub(crate) fn fit(
     let first_round = most_useful(&candidates, &surface, tree.body_count(), wanted);
     let encounters = Encounters::new(tree, open_poses, options.seed);
     let reachable = encounters.reachable_points(&first_round, &surface);
-    let spheres = most_useful(&candidates, &reachable, tree.body_count(), wanted);
+    let mut spheres = most_useful(&candidates, &reachable, tree.body_count(), wanted);
     let mut pairs = encounters.pairs_that_may_meet(&spheres);
+    part_in_open_hand(&mut spheres, &pairs, open_poses);
     pairs.truncate(options.collision_pairs);
     (spheres, pairs)
+}
+
+/// Takes from the spheres' protrusion what would overlap in the open hand.
+fn part_in_open_hand(spheres: &mut [Sphere], pairs: &[[u32; 2]], open_poses: &[Rigid<f64>]) {
+    for pair in pairs {
+        let [a, b] = pair.map(|sphere| sphere as usize);
+        let [at_a, at_b] = [a, b].map(|s| open_poses[spheres[s].body].apply(spheres[s].center));
+        let room = (at_a - at_b).norm() - spheres[a].inscribed - spheres[b].inscribed;
+        let [out_a, out_b] = [a, b].map(|s| spheres[s].radius - spheres[s].inscribed);
+        let wanted = out_a + out_b;
+        if wanted > room {
+            // A little less, for the rounding of whoever asks again.
+            let share = (room / wanted).max(0.0) * (1.0 - 1e-9);
+            spheres[a].radius = spheres[a].inscribed + share * out_a;
+            spheres[b].radius = spheres[b].inscribed + share * out_b;
+        }
+    }
 }
 
 /// Up to `count` of the candidates, the most useful first.
@@ -111,12 +135,8 @@ impl BodyFit {
     fn find_best(&mut self) {
         let gain = |sphere: &Sphere| -> f64 {
             let terms = self.surface.iter().zip(&self.gaps).map(|(point, &gap)| {
-                let new_gap = gap_to(sphere, *point);
-                if new_gap < gap {
-                    gap * gap - new_gap * new_gap
-                } else {
-                    0.0
-                }
+                let new_gap = gap.min(gap_to(sphere, *point));
+                gap * gap - new_gap * new_gap
             });
             terms.sum()
         };
@@ -138,11 +158,13 @@ impl BodyFit {
     }
 }
 
+/// How far a point is out of a sphere; negative inside.
 fn gap_to(sphere: &Sphere, point: Vec3<f64>) -> f64 {
-    ((point - sphere.center).norm() - sphere.radius).max(0.0)
+    (point - sphere.center).norm() - sphere.radius
 }
 
-/// Spheres inside a part that touch its surface, about a grid of centers that climb towards the medial axis.
+/// Spheres inside a part that touch its surface, about a grid of centers that climb towards the medial axis, and the same
+/// standing out a little.
 fn inscribed(solid: &SignedDistance, body: usize) -> Vec<Sphere> {
     let (low, high) = solid.bounds();
     let (center, size) = (nalgebra::center(&low, &high), high - low);
@@ -156,11 +178,12 @@ fn inscribed(solid: &SignedDistance, body: usize) -> Vec<Sphere> {
                 let offset = Vector3::new(f64::from(i), f64::from(j), f64::from(k));
                 let (center, radius) = climb(solid, center + spacing * offset, 0.5 * spacing);
                 if radius >= SMALLEST_RADIUS {
-                    spheres.push(Sphere {
+                    spheres.extend(PROTRUSIONS.map(|share| Sphere {
                         body,
                         center: center.into(),
-                        radius,
-                    });
+                        radius: radius + (share * radius).min(LARGEST_PROTRUSION),
+                        inscribed: radius,
+                    }));
                 }
             }
         }

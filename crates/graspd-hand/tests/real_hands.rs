@@ -217,7 +217,7 @@ fn every_hand_is_sound() {
 
         let spheres = hand.collision_spheres();
         assert!(
-            spheres.radius.len() <= 80 && spheres.pairs.len() <= 1500,
+            spheres.radius.len() <= 160 && spheres.pairs.len() <= 4000,
             "{name}"
         );
         assert!(spheres.pairs.len() > 100, "{name}: {}", spheres.pairs.len());
@@ -237,7 +237,10 @@ fn contact_points_lie_on_the_outer_surface() {
     let solid = SignedDistance::new(&hand.surface(&pose)).unwrap();
     let normals = hand.local_contact_normals();
     let mut scratch = hand.new_scratch();
-    let mut unused = [PointBuffer::zeros(contacts.len()), PointBuffer::zeros(80)];
+    let mut unused = [
+        PointBuffer::zeros(contacts.len()),
+        PointBuffer::zeros(hand.collision_spheres().radius.len()),
+    ];
     let [points, centers] = &mut unused;
     Kinematics::<f64>::forward(hand, &pose, &mut scratch, points, centers);
     for i in 0..contacts.len() {
@@ -253,63 +256,79 @@ fn contact_points_lie_on_the_outer_surface() {
     }
 }
 
-/// What counts as a deep self-intersection \[m\], and the share of these that inscribed spheres, which leave edges and
+/// What counts as a deep self-intersection \[m\], and the share of these that spheres, which leave some of the edges and
 /// corners uncovered, must notice.
-const DEEP: f64 = 5e-3;
-const NOTICED: f64 = 0.9;
+const DEEP: f64 = 3e-3;
+const NOTICED: f64 = 0.95;
+/// Spheres stand out of the links by 2 mm each at most \[m\].
+const STANDING_OUT: f64 = 4e-3;
 
-#[test]
-fn spheres_notice_deep_self_intersection_and_nothing_else() {
-    let hand = built_in();
-    let solids: Vec<SignedDistance> = hand
-        .parts()
-        .iter()
-        .map(|part| SignedDistance::new(&part.mesh).unwrap())
-        .collect();
+/// The deepest that a contact point lies in a part of a body that is neither its own nor a neighbour \[m\].
+fn deepest_self_intersection(
+    hand: &ArticulatedHand,
+    solids: &[SignedDistance],
+    pose: &HandPose,
+) -> f64 {
     let tree = hand.tree();
-    let mut random = rand_chacha::ChaCha8Rng::seed_from_u64(1);
-    let (mut noticed, mut deep, mut clear) = (0, 0, 0);
-    for _ in 0..100 {
-        let limits = hand.limits().unwrap().iter();
-        let pose = at_origin(limits.map(|limit| limit.sample(&mut random)).collect());
-        let [contacts, _] = positions(hand, &pose);
-        let mut deepest = 0.0_f64;
-        for (part, solid) in hand.parts().iter().zip(&solids) {
-            let frame = hand
-                .link_pose(&pose, &hand.body_names()[part.body])
-                .unwrap();
-            let into_part = Isometry3::from(frame).inverse();
-            for i in 0..contacts.len() {
-                let body = hand.contact_points().body[i] as usize;
-                let is_neighbour =
-                    tree.parent(body) == Some(part.body) || tree.parent(part.body) == Some(body);
-                let point = into_part * Point3::from(contacts.get(i));
-                let (low, high) = solid.bounds();
-                let is_outside = (low - point).sup(&(point - high)).max() > 0.0;
-                if body != part.body && !is_neighbour && !is_outside {
-                    deepest = deepest.max(-solid.signed_distance(&point));
-                }
+    let [contacts, _] = positions(hand, pose);
+    let mut deepest = 0.0_f64;
+    for (part, solid) in hand.parts().iter().zip(solids) {
+        let frame = hand.link_pose(pose, &hand.body_names()[part.body]).unwrap();
+        let into_part = Isometry3::from(frame).inverse();
+        for i in 0..contacts.len() {
+            let body = hand.contact_points().body[i] as usize;
+            let is_neighbour =
+                tree.parent(body) == Some(part.body) || tree.parent(part.body) == Some(body);
+            let point = into_part * Point3::from(contacts.get(i));
+            let (low, high) = solid.bounds();
+            let is_outside = (low - point).sup(&(point - high)).max() > 0.0;
+            if body != part.body && !is_neighbour && !is_outside {
+                deepest = deepest.max(-solid.signed_distance(&point));
             }
         }
-        let overlap = largest_overlap(hand, &pose);
-        // Spheres lie inside the parts: if they overlap, so do the parts.
-        assert!(
-            overlap <= 0.0 || deepest > 0.0,
-            "overlap {overlap} of nothing"
-        );
-        noticed += usize::from(overlap > 0.0 && deepest > DEEP);
-        deep += usize::from(deepest > DEEP);
-        clear += usize::from(deepest <= 0.0);
     }
-    println!("of {deep} deep intersections {noticed} were noticed; {clear} poses were clear");
-    assert!(
-        deep > 10 && clear > 10,
-        "{deep} {clear}: the test saw too little"
-    );
-    assert!(
-        noticed as f64 >= NOTICED * deep as f64,
-        "{noticed} of {deep}"
-    );
+    deepest
+}
+
+#[test]
+fn spheres_notice_deep_self_intersection_and_little_else() {
+    let files = [ALLEGRO, LEAP].map(load);
+    for hand in files.iter().flatten().chain([built_in()]) {
+        let name = hand.name();
+        let solids: Vec<SignedDistance> = (hand.parts().iter())
+            .map(|part| SignedDistance::new(&part.mesh).unwrap())
+            .collect();
+        let mut random = rand_chacha::ChaCha8Rng::seed_from_u64(1);
+        let (mut noticed, mut deep, mut clear, mut alarms) = (0, 0, 0, 0);
+        let mut missed = 0.0_f64;
+        for _ in 0..100 {
+            let limits = hand.limits().unwrap().iter();
+            let pose = at_origin(limits.map(|limit| limit.sample(&mut random)).collect());
+            let deepest = deepest_self_intersection(hand, &solids, &pose);
+            let overlap = largest_overlap(hand, &pose);
+            assert!(
+                overlap <= STANDING_OUT || deepest > 0.0,
+                "{name}: overlap {overlap} of nothing"
+            );
+            noticed += usize::from(overlap > 0.0 && deepest > DEEP);
+            deep += usize::from(deepest > DEEP);
+            clear += usize::from(deepest <= 0.0);
+            alarms += usize::from(deepest <= 0.0 && overlap > 0.0);
+            missed = missed.max(if overlap > 0.0 { 0.0 } else { deepest });
+        }
+        println!(
+            "{name}: {noticed} of {deep} deep intersections noticed, the deepest that was not {missed}; \
+             {alarms} alarms in {clear} clear poses"
+        );
+        assert!(
+            deep > 10 && clear > 10,
+            "{name}: {deep} {clear}: the test saw too little"
+        );
+        assert!(
+            noticed as f64 >= NOTICED * deep as f64,
+            "{name}: {noticed} of {deep}"
+        );
+    }
 }
 
 #[test]

@@ -9,6 +9,8 @@ use super::proportions::{Chain, RAYS, THUMB, chains};
 
 /// Depth of a finger over its breadth, at its base and at its tip.
 const DEPTH_RATIO: [f64; 2] = [0.94, 0.8];
+/// Breadth of a finger's pad over that of the finger.
+const PAD_BREADTH: f64 = 0.97;
 /// How far the joined shapes blend into each other \[mm\]: along a finger, in the palm, finger to palm.
 const FINGER_BLEND: f64 = 3.0;
 const PALM_BLEND: f64 = 9.0;
@@ -135,22 +137,27 @@ fn finger(ray: usize, chain: &Chain) -> Vec<RoundedCone> {
             squash: Some((chain.pads[bone], depth)),
             ..RoundedCone::new(chain.joints[bone], end, [half[bone], half[bone + 1]])
         });
-        // The pad bulges between the creases: at half the bone, in the tip beyond it.
-        let (place, offset, size) = match (bone, ray) {
+        // The pad bulges between the creases: at half the bone, in the tip beyond it. It is as broad as the finger but
+        // flat, as pads are when they touch something. In half breadths: where its middle lies and how deep it is.
+        let (place, offset, depth, reach) = match (bone, ray) {
             (0, THUMB) => continue,
-            (0, _) => (0.62, 2.2, 0.9),
-            (1, _) => (0.5, 1.8, 0.92),
-            _ => (0.5, 1.6, 0.88),
+            (0, _) => (0.62, 0.27, 0.68, 0.16),
+            (1, _) => (0.5, 0.26, 0.64, 0.2),
+            _ => (0.5, 0.32, 0.56, 0.3),
         };
-        let center =
-            chain.joints[bone] + (end - chain.joints[bone]) * place + chain.pads[bone] * offset;
-        let radius = size * 0.5 * (half[bone] + half[bone + 1]);
-        let reach = chain.along[bone] * (0.16 * measures.lengths[bone]);
-        parts.push(RoundedCone::new(
-            center - reach,
-            center + reach,
-            [radius; 2],
-        ));
+        let half_breadth = 0.5 * (half[bone] + half[bone + 1]);
+        let center = chain.joints[bone]
+            + (end - chain.joints[bone]) * place
+            + chain.pads[bone] * (offset * half_breadth);
+        let reach = chain.along[bone] * (reach * measures.lengths[bone]);
+        parts.push(RoundedCone {
+            squash: Some((chain.pads[bone], depth)),
+            ..RoundedCone::new(
+                center - reach,
+                center + reach,
+                [PAD_BREADTH * half_breadth; 2],
+            )
+        });
     }
     parts
 }

@@ -57,7 +57,7 @@ pub struct UrdfOptions {
 ///   [contacts]
 ///   count = 3000
 ///   [self_collision]
-///   spheres = 80                       # 0 switches it off
+///   spheres = 160                      # 0 switches it off
 ///   allow = [["thumb_tip", "palm"]]    # links that may overlap
 ///   ```
 ///
