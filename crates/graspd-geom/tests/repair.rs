@@ -348,6 +348,23 @@ fn a_mug_with_defects_stays_a_mug() {
 }
 
 #[test]
+fn a_scan_with_defects_is_mended_and_not_made_anew() {
+    let Some(path) = shared_file("data/ycb/025_mug.obj") else {
+        return;
+    };
+    let whole = load_mesh(path).unwrap();
+    let damaged = damage::damaged(&whole, 5, [0.01, 0.02, 0.02, 0.0]);
+    let RepairedMesh { mesh, report } = repaired(&damaged);
+    assert_eq!(report.tier, RepairTier::Mended, "{}", report.summary());
+    assert!((signed_volume(&mesh) / signed_volume(&whole) - 1.0).abs() < 0.01);
+    // The faces that were good are there to the last bit, and nothing of the outer surface is missing.
+    assert!(report.input_to_result < 1e-7, "{}", report.summary());
+    let tree = TriangleTree::new(&mesh).unwrap();
+    let farthest = whole.vertices.iter().map(|p| tree.distance(p));
+    assert!(farthest.fold(0.0, f64::max) < 2e-3);
+}
+
+#[test]
 fn bad_input_is_refused() {
     let message = |mesh: &TriangleMesh, settings: RepairSettings| {
         repair(mesh, &settings, "cup.obj").unwrap_err().to_string()

@@ -10,6 +10,8 @@ use crate::TriangleMesh;
 const FLAT: f64 = 1e-9;
 /// Of a degenerate face, a side shorter than this part of the longest is shrunk to a point.
 const SHORT: f64 = 1e-6;
+/// What cannot be shrunk nor flipped has a corner moved by this part of the longest side at that corner.
+const NUDGES: [f64; 3] = [1e-6, 1e-5, 1e-4];
 /// Removing one face may flatten its neighbour; after so many rounds the rest is left.
 const ROUNDS: usize = 16;
 
@@ -31,8 +33,8 @@ pub(super) fn degenerate_faces(mesh: &TriangleMesh) -> usize {
         .count()
 }
 
-/// Shrinks the short sides of degenerate faces and flips their long ones, where that leaves the surface a manifold;
-/// gives how many faces were changed.
+/// Shrinks the short sides of degenerate faces and flips their long ones, where that leaves the surface a manifold,
+/// and moves a corner of the others by next to nothing; gives how many faces were changed.
 pub(super) fn remove_degenerate(mesh: &mut TriangleMesh) -> usize {
     let mut changed = 0;
     for _ in 0..ROUNDS {
@@ -57,7 +59,70 @@ pub(super) fn remove_degenerate(mesh: &mut TriangleMesh) -> usize {
             break;
         }
     }
-    changed
+    changed + nudge_degenerate(mesh)
+}
+
+/// Moves corners of degenerate faces, each so little that no one can tell, to where fewer faces are degenerate; gives
+/// how many faces that helps.
+///
+/// Where a surface touches itself, two vertices at the same place may share neighbours, so that neither shrinking nor
+/// flipping is possible.
+fn nudge_degenerate(mesh: &mut TriangleMesh) -> usize {
+    let mut flat: Vec<usize> = (0..mesh.faces.len())
+        .filter(|&face| is_degenerate(&mesh.corners(face)))
+        .collect();
+    if flat.is_empty() {
+        return 0;
+    }
+    let before = flat.len();
+    let mut faces_at: HashMap<u32, Vec<usize>> = HashMap::new();
+    for &vertex in flat.iter().flat_map(|&face| &mesh.faces[face]) {
+        faces_at.entry(vertex).or_default();
+    }
+    for (index, face) in mesh.faces.iter().enumerate() {
+        for vertex in face {
+            if let Some(faces) = faces_at.get_mut(vertex) {
+                faces.push(index);
+            }
+        }
+    }
+    for &face in &flat {
+        for vertex in mesh.faces[face] {
+            if !is_degenerate(&mesh.corners(face)) {
+                break;
+            }
+            nudge(mesh, vertex, &faces_at[&vertex]);
+        }
+    }
+    flat.retain(|&face| is_degenerate(&mesh.corners(face)));
+    before - flat.len()
+}
+
+/// Moves a vertex if fewer of the faces around it are degenerate then.
+fn nudge(mesh: &mut TriangleMesh, vertex: u32, around: &[usize]) {
+    let old = mesh.vertices[vertex as usize];
+    let count = |mesh: &TriangleMesh| {
+        (around.iter())
+            .filter(|&&face| is_degenerate(&mesh.corners(face)))
+            .count()
+    };
+    let flat = count(mesh);
+    let longest = (around.iter())
+        .flat_map(|&face| mesh.corners(face))
+        .map(|corner| (corner - old).norm())
+        .fold(0.0, f64::max);
+    for part in NUDGES {
+        for direction in 0..6 {
+            let mut moved = old;
+            let step = if direction < 3 { part } else { -part };
+            moved[direction % 3] += step * longest;
+            mesh.vertices[vertex as usize] = moved;
+            if count(mesh) < flat {
+                return;
+            }
+        }
+    }
+    mesh.vertices[vertex as usize] = old;
 }
 
 struct Work<'a> {
