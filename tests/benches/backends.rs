@@ -1,5 +1,5 @@
-//! Ways of computing a step, side by side: {reverse tape, duals in f64, duals in lanes} x {contact kernel, whole step, 7000
-//! steps} x {1, 2 threads}.
+//! Ways of computing a step, side by side: {reverse tape, duals in f64, duals in lanes} x {Allegro, a skin of MANO's size
+//! with and without blendshapes, the built-in human hand} x {contact kernel, whole step, 7000 steps} x {1, 2 threads}.
 //!
 //! `cargo xtask bench` runs this and prints one table; `cargo bench -p graspd-tests --bench backends` runs it alone. All
 //! times are processor time of the thread that computes, so that other programs disturb them less. With two threads, each
@@ -11,15 +11,15 @@ use std::hint::black_box;
 use std::time::Duration;
 
 use criterion::{Criterion, SamplingMode, Throughput, criterion_group, criterion_main};
-use graspd::{Losses, SynthesisSettings, synthesize};
+use graspd::{Losses, SynthesisSettings, draw_start, synthesize};
 use graspd_ad::{Element, Real, Tape, Var};
 use graspd_geom::Vec3;
 use graspd_hand::{Hand, HandPose, Kinematics, POINT_PADDING};
 use graspd_opt::{Adamax, AdamaxIteration, AdamaxSettings, Optimizer};
-use graspd_sim::{ContactState, ForceWeights, Precision, Scene, TargetRule, Twist};
+use graspd_sim::{ContactState, ForceWeights, Precision, Scene, TargetRule, TargetWrenches, Twist};
 use rustix::time::{ClockId, clock_gettime};
 
-use setting::{Setting, fast_backend};
+use setting::{Setting, Subject, fast_backend};
 
 /// Rate and weights of the force step.
 const RATE: f64 = 1e-2;
@@ -150,50 +150,70 @@ fn by_tape(setting: &Setting, tape: &mut Tape, points: &[Vec3<f64>]) -> (f64, Ve
     (total, sum)
 }
 
+/// The hands that are measured.
+const SUBJECTS: [Subject; 4] = [
+    Subject::Builtin("allegro"),
+    Subject::Skinned {
+        has_blendshapes: true,
+    },
+    Subject::Skinned {
+        has_blendshapes: false,
+    },
+    Subject::Builtin("human"),
+];
+
 fn contact_kernel(criterion: &mut Criterion) {
-    let setting = Setting::new();
+    for subject in SUBJECTS {
+        kernel_of(criterion, &Setting::of(subject));
+    }
+}
+
+fn kernel_of(criterion: &mut Criterion, setting: &Setting) {
     let mut group = criterion.benchmark_group(format!("contact kernel, {}", setting.size()));
     group.throughput(Throughput::Elements(
         setting.hand.contact_points().count as u64,
     ));
-    let mut reference = ContactKernel::<f64>::new(&setting);
-    let mut fast = ContactKernel::<f32>::new(&setting);
-    let contacts = reference.scene.contacts();
+    let lanes = fast_backend();
+    let contacts = setting.scene::<f64>();
+    let contacts = contacts.contacts();
     let points: Vec<Vec3<f64>> = (0..contacts.len()).map(|i| contacts.get(i)).collect();
     let mut tape = Tape::new();
     group.bench_function("tape f64, L_phys alone", |b| {
         b.iter_custom(|n| {
             time(n, || {
-                black_box(by_tape(&setting, &mut tape, black_box(&points)));
+                black_box(by_tape(setting, &mut tape, black_box(&points)));
             })
         });
     });
-    let lanes = fast_backend();
+    let mut four = FourPasses::<f64>::new(setting);
     group.bench_function("dual f64, four passes", |b| {
         b.iter_custom(|n| {
             time(n, || {
-                black_box(reference.four_passes());
+                black_box(four.run());
             })
         });
     });
+    let mut one = OnePass::<f64>::new(setting);
     group.bench_function("dual f64, one pass", |b| {
         b.iter_custom(|n| {
             time(n, || {
-                black_box(reference.one_pass());
+                black_box(one.run());
             })
         });
     });
+    let mut four = FourPasses::<f32>::new(setting);
     group.bench_function(format!("dual {lanes}, four passes"), |b| {
         b.iter_custom(|n| {
             time(n, || {
-                black_box(fast.four_passes());
+                black_box(four.run());
             })
         });
     });
+    let mut one = OnePass::<f32>::new(setting);
     group.bench_function(format!("dual {lanes}, one pass"), |b| {
         b.iter_custom(|n| {
             time(n, || {
-                black_box(fast.one_pass());
+                black_box(one.run());
             })
         });
     });
@@ -229,33 +249,46 @@ fn on_two_threads(work: impl Fn() -> Duration + Sync) -> Duration {
 }
 
 fn whole_step(criterion: &mut Criterion) {
-    let setting = Setting::new();
     let lanes = fast_backend();
-    let mut group = criterion.benchmark_group(format!("synthesis step, {}", setting.size()));
-    group.bench_function("f64, 1 thread", |b| {
-        b.iter_custom(|n| time_steps::<f64>(&setting, n));
-    });
-    group.bench_function(format!("{lanes}, 1 thread"), |b| {
-        b.iter_custom(|n| time_steps::<f32>(&setting, n));
-    });
-    group.bench_function(format!("{lanes}, 2 threads"), |b| {
-        b.iter_custom(|n| on_two_threads(|| time_steps::<f32>(&setting, n)));
-    });
-    group.finish();
+    for subject in SUBJECTS {
+        let setting = Setting::of(subject);
+        let mut group = criterion.benchmark_group(format!("synthesis step, {}", setting.size()));
+        group.bench_function("f64, 1 thread", |b| {
+            b.iter_custom(|n| time_steps::<f64>(&setting, n));
+        });
+        group.bench_function(format!("{lanes}, 1 thread"), |b| {
+            b.iter_custom(|n| time_steps::<f32>(&setting, n));
+        });
+        group.bench_function(format!("{lanes}, 2 threads"), |b| {
+            b.iter_custom(|n| on_two_threads(|| time_steps::<f32>(&setting, n)));
+        });
+        group.finish();
+    }
 }
 
+/// From a start to a grasp, as `graspd synth` does it, with both presets.
 fn whole_synthesis(criterion: &mut Criterion) {
-    let setting = Setting::new();
     let lanes = fast_backend();
-    let mut group = criterion.benchmark_group(format!("{SYNTHESIS} steps, {}", setting.size()));
-    group.sampling_mode(SamplingMode::Flat);
-    group.bench_function(format!("{lanes}, 1 thread"), |b| {
-        b.iter_custom(|n| {
-            let runs = (0..n).map(|_| time_steps::<f32>(&setting, SYNTHESIS as u64));
-            runs.sum()
-        });
-    });
-    group.finish();
+    for subject in SUBJECTS {
+        let mut setting = Setting::of(subject);
+        for settings in [SynthesisSettings::paper(), SynthesisSettings::default()] {
+            let hand = &*setting.hand;
+            let start = draw_start(&setting.object, hand, &settings, 0, 0);
+            setting.pose = start.expect("it has a surface");
+            let name = format!("{SYNTHESIS} steps, {}, {}", setting.name, settings.preset);
+            setting.settings = settings;
+            let mut group = criterion.benchmark_group(name);
+            group.sampling_mode(SamplingMode::Flat);
+            group.sample_size(10);
+            group.bench_function(format!("{lanes}, 1 thread"), |b| {
+                b.iter_custom(|n| {
+                    let runs = (0..n).map(|_| time_steps::<f32>(&setting, SYNTHESIS as u64 - 1));
+                    runs.sum()
+                });
+            });
+            group.finish();
+        }
+    }
 }
 
 /// Few and short samples: the table gives their minimum and median.

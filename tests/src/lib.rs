@@ -8,6 +8,7 @@
 //! | `tests/fast_path` | one pass in single precision against four in double precision, along a recorded optimisation | `cargo test -p graspd-tests --test fast_path` |
 //! | `tests/allocations.rs` | steps of a synthesis allocate nothing | `cargo test -p graspd-tests --test allocations` |
 //! | `benches/backends.rs` | tape, duals and lanes, kernel to whole synthesis, one thread and two | `cargo xtask bench` |
+//! | `examples/precision.rs` | grasps from the same starts in single and in double precision, judged | `cargo run --release -p graspd-tests --example precision` |
 //! | `benches/step.rs` | a synthesis step and its parts, reference and fast precision side by side | `cargo bench -p graspd-tests --bench step` |
 //!
 //! Benchmarks name backend and size, so that numbers can be compared across machines; `-- --quick` gives a first look

@@ -226,8 +226,8 @@ impl<T: Real, const N: usize> Real for Dual<T, N> {
         self.value.store(values);
     }
     #[inline(always)]
-    fn gather(values: &[f32], index: impl FnMut(usize) -> usize) -> Self {
-        Self::constant(T::gather(values, index))
+    fn gather(values: &[f32], indices: &[u32]) -> Self {
+        Self::constant(T::gather(values, indices))
     }
     #[inline(always)]
     fn store_indices(self, indices: &mut [u32]) {

@@ -6,9 +6,9 @@
 //! leaves their arithmetic scalar.) No path uses fused multiply-add, and functions without a vector instruction
 //! run lane by lane, so all paths give the same bits.
 //!
-//! This is the only file of the workspace with `unsafe` code. It is of two kinds: transmutation between a vector
-//! register and an array of the same size, both plain numbers; and AVX2 instructions, which must not run on a
-//! processor without them. The type that issues these is private, and only `vectorize` hands it out, to a generic
+//! This is the only file of the workspace with `unsafe` code. It is of three kinds: transmutation between a vector
+//! register and an array of the same size, both plain numbers; loads from places in a slice that have been checked
+//! together; and AVX2 instructions, which must not run on a processor without them. The type that issues these is private, and only `vectorize` hands it out, to a generic
 //! kernel that cannot name it, once it has seen that the processor has AVX2.
 
 // Registers are public in name only, so that public types may be generic over them.
@@ -113,6 +113,7 @@ mod x86 {
             $register:ident($($part:tt: $vector:ty),+), $width:literal lanes each,
             $splat:ident, $add:ident, $sub:ident, $mul:ident, $div:ident, $sqrt:ident, $max:ident, $floor:ident, $to_integers:ident, $lt:path, $le:path,
             $select:ident, $movemask:ident, $and:ident, $andnot:ident, $or:ident, $xor:ident
+            $(, $gather:ident)?
         ) => {
             // SAFETY of the instructions: see the head of this file. SAFETY of the transmutations: both sides
             // are plain numbers, and the compiler checks that their sizes agree.
@@ -127,6 +128,12 @@ mod x86 {
                 fn to_array(self) -> [f32; 8] {
                     unsafe { transmute::<Self, [f32; 8]>(self) }
                 }
+                $(
+                    #[inline(always)]
+                    fn gather(values: &[f32], indices: [u32; 8]) -> Self {
+                        Self::from_array(unsafe { $gather(values, indices) })
+                    }
+                )?
                 #[inline(always)]
                 fn add(self, other: Self) -> Self {
                     unsafe { Self($($add(self.$part, other.$part)),+) }
@@ -238,6 +245,34 @@ mod x86 {
         Avx2(0: __m256), 8 lanes each,
         _mm256_set1_ps, _mm256_add_ps, _mm256_sub_ps, _mm256_mul_ps, _mm256_div_ps, _mm256_sqrt_ps, _mm256_max_ps, _mm256_floor_ps, _mm256_cvttps_epi32,
         _mm256_cmp_ps::<_CMP_LT_OQ>, _mm256_cmp_ps::<_CMP_LE_OQ>,
-        _mm256_blendv_ps, _mm256_movemask_ps, _mm256_and_ps, _mm256_andnot_ps, _mm256_or_ps, _mm256_xor_ps
+        _mm256_blendv_ps, _mm256_movemask_ps, _mm256_and_ps, _mm256_andnot_ps, _mm256_or_ps, _mm256_xor_ps,
+        gather_avx2
     );
+
+    /// One range check for all places, then plain loads: those of the gather instruction are no faster on AMD's
+    /// processors, and much slower on those of Intel's that need a remedy for data sampling.
+    #[inline(always)]
+    unsafe fn gather_avx2(values: &[f32], indices: [u32; 8]) -> [f32; 8] {
+        let mut lanes = [0.0; 8];
+        if values.is_empty() {
+            // Panics.
+            return indices.map(|index| values[index as usize]);
+        }
+        unsafe {
+            let places = transmute::<[u32; 8], __m256i>(indices);
+            let last = (values.len() - 1).min(u32::MAX as usize) as u32;
+            let last = _mm256_set1_epi32(last as i32);
+            let exist = _mm256_cmpeq_epi32(_mm256_min_epu32(places, last), places);
+            assert!(
+                _mm256_movemask_epi8(exist) == -1,
+                "no value number {indices:?} among {}",
+                values.len()
+            );
+            for lane in 0..8 {
+                // SAFETY: no place is above the last, as was just seen.
+                lanes[lane] = *values.get_unchecked(indices[lane] as usize);
+            }
+        }
+        lanes
+    }
 }

@@ -77,8 +77,11 @@ pub trait Real:
     fn load(values: &[Self::Element]) -> Self;
     /// Writes the real parts to the first [`Self::LANES`] elements of a slice.
     fn store(self, values: &mut [Self::Element]);
-    /// `values[index(lane)]` in each lane, as a constant.
-    fn gather(values: &[f32], index: impl FnMut(usize) -> usize) -> Self;
+    /// `values[indices[lane]]` in each lane, as a constant; of `indices` the first [`Self::LANES`] count.
+    ///
+    /// # Panics
+    /// If there is no such value.
+    fn gather(values: &[f32], indices: &[u32]) -> Self;
     /// Each lane rounded towards zero, to the first [`Self::LANES`] places of a slice: the indices for
     /// [`Real::gather`]. What is negative or NaN gives 0, what is beyond 2^31 gives 2^31.
     #[inline(always)]
@@ -215,8 +218,8 @@ macro_rules! impl_real_for_float {
             }
             #[inline(always)]
             #[allow(clippy::unnecessary_cast)]
-            fn gather(values: &[f32], mut index: impl FnMut(usize) -> usize) -> Self {
-                values[index(0)] as $float
+            fn gather(values: &[f32], indices: &[u32]) -> Self {
+                values[indices[0] as usize] as $float
             }
             #[inline(always)]
             fn detach(self) -> Self {

@@ -158,8 +158,8 @@ impl<T: Real<Mask = bool> + 'static> Real for Var<'_, T> {
     fn store(self, values: &mut [Self::Element]) {
         self.value.store(values);
     }
-    fn gather(values: &[f32], index: impl FnMut(usize) -> usize) -> Self {
-        Self::constant(T::gather(values, index))
+    fn gather(values: &[f32], indices: &[u32]) -> Self {
+        Self::constant(T::gather(values, indices))
     }
     fn detach(self) -> Self {
         Self::constant(self.value.detach())

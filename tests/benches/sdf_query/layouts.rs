@@ -198,7 +198,7 @@ impl<M: Map> Corners for Gathered<M> {
             for lane in 0..LANES {
                 places[lane] = x[lane] + y[lane] + z[lane];
             }
-            corners[corner] = L::gather(self.samples.all(), |lane| places[lane] as usize);
+            corners[corner] = L::gather(self.samples.all(), &places);
         }
         corners
     }
@@ -252,7 +252,7 @@ impl<const COPIES: usize> Corners for Interleaved<COPIES> {
             for lane in 0..LANES {
                 places[lane] = low[lane] + offset;
             }
-            corners[corner] = L::gather(self.0.all(), |lane| places[lane] as usize);
+            corners[corner] = L::gather(self.0.all(), &places);
         }
         corners
     }

@@ -14,6 +14,15 @@ pub trait Register: Copy + Debug {
     fn from_array(values: [f32; COUNT]) -> Self;
     /// The lanes to memory.
     fn to_array(self) -> [f32; COUNT];
+    /// The values at these places; panics if there is no such value.
+    #[inline(always)]
+    fn gather(values: &[f32], indices: [u32; COUNT]) -> Self {
+        let mut lanes = [0.0; COUNT];
+        for lane in 0..COUNT {
+            lanes[lane] = values[indices[lane] as usize];
+        }
+        Self::from_array(lanes)
+    }
     /// Sum.
     fn add(self, other: Self) -> Self;
     /// Difference.

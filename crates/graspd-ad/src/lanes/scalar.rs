@@ -177,12 +177,10 @@ impl<R: Register> Real for LanesOver<R> {
         values[..COUNT].copy_from_slice(&self.to_array());
     }
     #[inline(always)]
-    fn gather(values: &[f32], mut index: impl FnMut(usize) -> usize) -> Self {
-        let mut lanes = [0.0; COUNT];
-        for lane in 0..COUNT {
-            lanes[lane] = values[index(lane)];
-        }
-        Self::from_array(lanes)
+    fn gather(values: &[f32], indices: &[u32]) -> Self {
+        let mut lanes = [0; COUNT];
+        lanes.copy_from_slice(&indices[..COUNT]);
+        Self(R::gather(values, lanes))
     }
     #[inline(always)]
     fn store_indices(self, indices: &mut [u32]) {

@@ -146,12 +146,26 @@ fn floor_up_to_the_largest_integers() {
 fn gather_and_constants() {
     for_all_lanes!(check() {
         let values: Vec<f32> = (0..100).map(|i| i as f32).collect();
-        let indices: [usize; 8] = [3, 99, 0, 0, 50, 7, 7, 12];
-        expect_lanes("gather", L::gather(&values, |lane| indices[lane]), |i| indices[i] as f32);
+        let indices: [u32; 8] = [3, 99, 0, 0, 50, 7, 7, 12];
+        expect_lanes("gather", L::gather(&values, &indices), |i| indices[i] as f32);
         expect_lanes("from_lanes", L::from_lanes(|lane| lane as f64), |i| i as f32);
         expect_lanes("constant", L::constant(0.1), |_| 0.1);
         expect_lanes("from_u64", L::from_u64(7).unwrap(), |_| 7.0);
         assert!(L::zero().is_zero() && !L::from_lanes(|lane| lane as f64).is_zero());
+    });
+}
+
+#[test]
+fn gather_outside_panics() {
+    for_all_lanes!(check() {
+        for (values, place) in [(vec![1.0; 100], 100), (vec![1.0; 100], u32::MAX), (vec![], 0)] {
+            for lane in 0..8 {
+                let mut indices = [0; 8];
+                indices[lane] = place;
+                let gathered = std::panic::catch_unwind(|| bits(L::gather(&values, &indices)));
+                assert!(gathered.is_err(), "place {place} of {}", values.len());
+            }
+        }
     });
 }
 

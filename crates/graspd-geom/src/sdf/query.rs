@@ -128,7 +128,7 @@ impl SdfGrid {
         for lane in 0..T::LANES {
             places[lane] = x[lane] + y[lane] + z[lane];
         }
-        T::gather(self.tiles.places(), |lane| places[lane] as usize)
+        T::gather(self.tiles.places(), &places)
     }
 }
 
