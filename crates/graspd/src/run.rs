@@ -166,7 +166,7 @@ pub fn synthesize_grasps(
 }
 
 /// The best of the fitted starts that belong to a grasp: of those whose numbers are `candidates` times `index` and the
-/// next, that with the least cost.
+/// next, that of the best rating (`FittedHand::rating`).
 fn best_fitted_start(
     object: &GraspObject,
     hand: &dyn Hand,
@@ -181,8 +181,9 @@ fn best_fitted_start(
         let number = index.saturating_mul(fitter.candidates()) + candidate;
         let start = draw_start(object, hand, settings, seed, number)?;
         let fitted = fitter.coarse(sdf, &start);
-        if best.as_ref().is_none_or(|(cost, _)| fitted.cost < *cost) {
-            best = Some((fitted.cost, fitted.pose));
+        let rating = fitted.rating();
+        if best.as_ref().is_none_or(|(least, _)| rating < *least) {
+            best = Some((rating, fitted.pose));
         }
     }
     match best {

@@ -9,12 +9,14 @@ const CUTOFF: f64 = 6.0;
 /// object, and loses by being too deep.
 ///
 /// ```text
-/// -f max(R^2 / (R^2 + x^2) - 1 / 37, 0) + w max(-d - D, 0)^2,    x = max(d + d_0, 0)
+/// -f max(R^2 / (R^2 + x^2) - 1 / 37, 0) + w max(-d - D min(2 f, 1), 0)^2,    x = max(d + d_0, 0)
 /// ```
 ///
 /// with f how far the skin faces the object (0 to 1), the reach R, d_0 the depth at which a point touches, D the depth
 /// from which on it is too deep, and w \[1/m^2\]. The gain ends at x = 6 R. In sum over the skin this is (with R small)
-/// minus the area that touches, and so no point that cannot reach the object holds back those that can.
+/// minus the area that touches, and so no point that cannot reach the object holds back those that can. Skin inside the
+/// object that faces away from it is never right, however shallow: it belongs to a finger that has gone through a thin
+/// wall.
 ///
 /// The derivative is continuous but for x = 6 R, where it falls from a 20th of its peak to 0; at that distance itself it
 /// is 0.
@@ -39,11 +41,17 @@ impl SkinCost {
     pub fn value<T: Real>(&self, distance: T, facing: f64) -> T {
         let zero = T::zero();
         let miss = (distance + T::constant(self.depth)).max(zero);
-        let over = (-distance - T::constant(self.most_depth)).max(zero);
+        let over = (-distance - T::constant(self.allowed_depth(facing))).max(zero);
         let squared_reach = T::constant(self.reach * self.reach);
         let gain = squared_reach / (squared_reach + miss.square());
         let gain = (gain - T::constant(1.0 / (1.0 + CUTOFF * CUTOFF))).max(zero);
         over.square().scale(self.deep_factor) - gain.scale(facing)
+    }
+
+    /// D min(2 f, 1) \[m\].
+    #[inline]
+    fn allowed_depth(&self, facing: f64) -> f64 {
+        self.most_depth * (2.0 * facing).min(1.0)
     }
 
     /// The derivative of [`SkinCost::value`] by the distance \[1/m\], and the weight \[1/m^2\] by which the squared
@@ -55,7 +63,7 @@ impl SkinCost {
             let squared = self.reach * self.reach;
             let sum = squared + miss * miss;
             let weight = 2.0 * facing * squared / (sum * sum);
-            let over = (-distance - self.most_depth).max(0.0);
+            let over = (-distance - self.allowed_depth(facing)).max(0.0);
             if over > 0.0 {
                 let deep = 2.0 * self.deep_factor;
                 return (-deep * over, weight + deep);
@@ -114,11 +122,15 @@ mod tests {
         #[test]
         fn touching_gains_and_deep_costs(distance in -3.0..7.0f64, facing in 0.0..1.0f64) {
             let cost = COST.value(distance, facing);
-            let best = COST.value(-COST.depth, facing);
-            prop_assert!(best <= cost);
+            // Skin that faces away is best outside.
+            let best = COST.value(-COST.depth, facing).min(COST.value(0.0, facing));
+            prop_assert!(facing < 0.5 || best <= cost);
             prop_assert!(COST.slope_and_weight(distance, facing).1 >= 0.0);
-            if -COST.most_depth <= distance && distance <= -COST.depth {
+            if facing >= 0.5 && -COST.most_depth <= distance && distance <= -COST.depth {
                 prop_assert_eq!((cost, slope(distance, facing)), (best, 0.0));
+            }
+            if facing == 0.0 {
+                prop_assert_eq!(cost, COST.deep_factor * distance.min(0.0).powi(2));
             }
         }
     }

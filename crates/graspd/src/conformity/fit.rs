@@ -36,8 +36,23 @@ pub struct FittedHand {
     pub cost: f64,
     /// Area of the sampled skin inside the object \[m^2\].
     pub contact_area: f64,
+    /// Length of the mean of the object's normals over the skin that touches, weighted by how far it faces the object:
+    /// 1 where a flat hand presses against one side, 0 where hands press evenly from all sides, and 1 where none
+    /// touches.
+    pub imbalance: f64,
     /// Greatest depth of the sampled skin inside the object \[m\], 0 if none is.
     pub deepest: f64,
+}
+
+/// By how much a grasp that presses on one side only counts less than one that presses evenly from all sides.
+const IMBALANCE_DISCOUNT: f64 = 0.6;
+
+impl FittedHand {
+    /// How promising a coarse fit is, least first: its cost, discounted if it presses from one side only, from where a
+    /// hand can lean on an object but not hold it.
+    pub fn rating(&self) -> f64 {
+        self.cost.min(0.0) * (1.0 - IMBALANCE_DISCOUNT * self.imbalance) + self.cost.max(0.0)
+    }
 }
 
 /// Fits one hand to objects; its skin is sampled once.
@@ -143,6 +158,7 @@ fn fitted(skin: &SkinSamples, pose: HandPose, placement: &Placement, cost: f64) 
     FittedHand {
         pose,
         cost,
+        imbalance: placement.imbalance(),
         contact_area: inside.clone().count() as f64 * skin.area(),
         deepest: inside.fold(0.0, |deepest, &d| deepest.max(-d)),
     }

@@ -29,6 +29,23 @@ pub(super) struct Placement {
     spheres: Vec<Vector3<f64>>,
 }
 
+/// Points nearer to the object than this count as touching it \[m\].
+const TOUCHING: f64 = 5e-4;
+
+impl Placement {
+    /// See [`FittedHand::imbalance`](super::FittedHand::imbalance).
+    pub(super) fn imbalance(&self) -> f64 {
+        let (mut sum, mut total) = (Vector3::zeros(), 0.0);
+        for (i, &distance) in self.distance.iter().enumerate() {
+            if distance < TOUCHING {
+                sum += self.normal[i] * self.facing[i];
+                total += self.facing[i];
+            }
+        }
+        if total > 0.0 { sum.norm() / total } else { 1.0 }
+    }
+}
+
 /// A pair of spheres that overlap.
 struct Overlap {
     pair: [usize; 2],

@@ -44,7 +44,7 @@ impl Default for ConformitySettings {
         Self {
             candidates: 8,
             coarse_samples: 800,
-            fine_samples: 3000,
+            fine_samples: 5000,
             coarse_iterations: [30, 20],
             fine_iterations: [40, 20],
             reach: [5e-2, 5e-3, 1.5e-3, 2e-3, 8e-4],

@@ -42,7 +42,12 @@ fn hands_from_afar_wrap_the_object_and_stay_within_their_limits() {
             let fitted = fit_hand(hand, CAN.simulated.sdf(), &start, &quick()).unwrap();
             assert!(fitted.contact_area > least_area, "{}", fitted.contact_area);
             assert!(fitted.deepest < DEEPEST, "{}", fitted.deepest);
-            assert!(fitted.cost < 0.0);
+            assert!(fitted.cost < 0.0 && fitted.cost <= fitted.rating() && fitted.rating() < 0.0);
+            assert!(
+                (0.0..1.0).contains(&fitted.imbalance),
+                "{}",
+                fitted.imbalance
+            );
             assert!(is_within_limits(hand, &fitted.pose));
             let q = fitted.pose.rotation;
             let norm = q.w * q.w + q.x * q.x + q.y * q.y + q.z * q.z;
@@ -95,6 +100,7 @@ fn a_hand_out_of_reach_stays_where_it_is() {
     let fitted = fit_hand(&*HAND, CAN.simulated.sdf(), &far, &settings).unwrap();
     assert_eq!(fitted.pose.translation, far.translation);
     assert_eq!((fitted.contact_area, fitted.deepest), (0.0, 0.0));
+    assert_eq!((fitted.imbalance, fitted.rating()), (1.0, fitted.cost));
 }
 
 #[test]
