@@ -57,6 +57,7 @@
 //! Poses map hand-base coordinates into the object's mesh coordinates; lengths are metres.
 
 mod approach;
+mod conformity;
 mod error;
 mod execution;
 mod object;
@@ -69,6 +70,7 @@ mod start;
 mod summary;
 mod synthesis;
 
+pub use conformity::{ConformitySettings, FittedHand, HandFitter, SkinCost, SkinSamples, fit_hand};
 pub use error::GraspError;
 pub use execution::{
     ClosingOrder, ExecutionSettings, PlannedPreGrasp, PlannedSqueeze, plan_pre_grasp, plan_squeeze,

@@ -6,6 +6,7 @@ use graspd_sim::{ContactParams, SimulationParams, Twist};
 use serde::{Deserialize, Serialize};
 
 use crate::GraspError;
+use crate::conformity::ConformitySettings;
 
 /// The settings of one synthesis. [`Default`] is the preset that measures best.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -78,19 +79,46 @@ pub struct SynthesisSettings {
     pub object_velocities: Vec<[f64; 3]>,
     /// Density of the object \[kg/m^3\]; released code: 1000.
     pub density: f64,
+
+    /// Fits the hand's skin to the object before the steps (from the best of several starts) and after them; the paper
+    /// does not.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub conformity: Option<ConformitySettings>,
 }
 
 /// The presets by name.
-pub const PRESETS: [&str; 2] = ["default", "paper"];
+pub const PRESETS: [&str; 4] = ["default", "fast", "soft", "paper"];
 
 impl Default for SynthesisSettings {
-    /// The preset `default`, chosen by measurement (`docs/tuning.md`). It departs from [`SynthesisSettings::paper`] in
-    /// five ways: contacts are soft while the hand finds its place and stiffen at the end; rates decay, so that the
-    /// last steps settle; joints are kept within their limits; the object has to be stopped from four directions
-    /// (the corners of a tetrahedron) instead of one line; and the final stiffness is lower.
+    /// The preset `default`, chosen by measurement (`docs/tuning.md`): the hand is fitted to the object from several
+    /// starts, the best of which goes through 700 steps of the simulation, in contact from the first and at a tenth of
+    /// [`SynthesisSettings::soft`]'s rates, and is fitted again.
     fn default() -> Self {
+        const STEPS: usize = 700;
         Self {
             preset: "default".into(),
+            steps: STEPS,
+            smoothing_steps: 0,
+            translation_rate: 3e-4,
+            rotation_rate: 3e-4,
+            articulation_rate: 3e-4,
+            decay_start: STEPS / 2,
+            stiffening_start: 0,
+            stiffening_end: STEPS / 2,
+            conformity: Some(ConformitySettings::default()),
+            ..Self::soft()
+        }
+    }
+}
+
+impl SynthesisSettings {
+    /// The simulation by itself, made to settle. It departs from [`SynthesisSettings::paper`] in five ways: contacts are
+    /// soft while the hand finds its place and stiffen at the end; rates decay, so that the last steps settle; joints are
+    /// kept within their limits; the object has to be stopped from four directions (the corners of a tetrahedron) instead
+    /// of one line; and the final stiffness is lower.
+    pub fn soft() -> Self {
+        Self {
+            preset: "soft".into(),
             decay_start: 3500,
             decay_factor: 0.003,
             force_decay_factor: 0.01,
@@ -110,9 +138,21 @@ impl Default for SynthesisSettings {
             ..Self::paper()
         }
     }
-}
 
-impl SynthesisSettings {
+    /// The preset `default` with half of the starts, a third of the steps and half of the last fit.
+    pub fn fast() -> Self {
+        Self {
+            preset: "fast".into(),
+            conformity: Some(ConformitySettings {
+                candidates: 4,
+                fine_samples: 2000,
+                fine_iterations: [20, 10],
+                ..ConformitySettings::default()
+            }),
+            ..Self::default().with_steps(200)
+        }
+    }
+
     /// The paper's numbers to the letter. Where it is silent: L_range and L_inter are weighted so that they
     /// act at the scale of contact forces, and rates are in metres and radians.
     pub fn paper() -> Self {
@@ -149,6 +189,7 @@ impl SynthesisSettings {
             time_step: 1e-5,
             object_velocities: vec![[0.0; 3], [0.01; 3], [-0.01; 3]],
             density: 1000.0,
+            conformity: None,
         }
     }
 
@@ -159,6 +200,8 @@ impl SynthesisSettings {
     pub fn preset(name: &str) -> Result<Self, GraspError> {
         match name {
             "default" => Ok(Self::default()),
+            "fast" => Ok(Self::fast()),
+            "soft" => Ok(Self::soft()),
             "paper" => Ok(Self::paper()),
             _ => Err(GraspError::UnknownPreset {
                 name: name.into(),
@@ -237,6 +280,9 @@ impl SynthesisSettings {
             });
         }
         self.simulation().validate()?;
+        if let Some(conformity) = &self.conformity {
+            conformity.validate()?;
+        }
         self.validate_schedules()
     }
 

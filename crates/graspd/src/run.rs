@@ -9,6 +9,7 @@ use graspd_sim::Scene;
 use rayon::prelude::*;
 
 use crate::GraspError;
+use crate::conformity::HandFitter;
 use crate::execution::{ExecutionSettings, plan_pre_grasp, plan_squeeze};
 use crate::object::GraspObject;
 use crate::preset::SynthesisSettings;
@@ -140,9 +141,17 @@ pub fn synthesize_grasps(
     settings.validate()?;
     run.validate()?;
     let judged = ObjectUnderTest::new(&object.source.mesh)?.with_cache(object.cache.clone());
+    let fitter = (settings.conformity.as_ref())
+        .map(|conformity| HandFitter::new(hand, conformity))
+        .transpose()?;
+    let fitter = fitter.as_ref();
     let mut grasps = (0..run.count)
         .into_par_iter()
-        .map(|index| one_grasp(object, &judged, hand, settings, run, index, observer))
+        .map(|index| {
+            one_grasp(
+                object, &judged, hand, fitter, settings, run, index, observer,
+            )
+        })
         .collect::<Result<Vec<_>, _>>()?;
 
     let mut records: Vec<_> = grasps.iter().map(|grasp| grasp.record.clone()).collect();
@@ -156,17 +165,49 @@ pub fn synthesize_grasps(
     Ok(grasps)
 }
 
+/// The best of the fitted starts that belong to a grasp: of those whose numbers are `candidates` times `index` and the
+/// next, that of the best rating (`FittedHand::rating`).
+fn best_fitted_start(
+    object: &GraspObject,
+    hand: &dyn Hand,
+    fitter: &HandFitter<'_>,
+    settings: &SynthesisSettings,
+    seed: u64,
+    index: usize,
+) -> Result<HandPose, GraspError> {
+    let sdf = object.simulated.sdf();
+    let mut best = None;
+    for candidate in 0..fitter.candidates() {
+        let number = index.saturating_mul(fitter.candidates()) + candidate;
+        let start = draw_start(object, hand, settings, seed, number)?;
+        let fitted = fitter.coarse(sdf, &start);
+        let rating = fitted.rating();
+        if best.as_ref().is_none_or(|(least, _)| rating < *least) {
+            best = Some((rating, fitted.pose));
+        }
+    }
+    match best {
+        Some((_, pose)) => Ok(pose),
+        None => draw_start(object, hand, settings, seed, index),
+    }
+}
+
+#[allow(clippy::too_many_arguments)]
 fn one_grasp(
     object: &GraspObject,
     judged: &ObjectUnderTest,
     hand: &dyn Hand,
+    fitter: Option<&HandFitter<'_>>,
     settings: &SynthesisSettings,
     run: &RunSettings,
     index: usize,
     observer: &dyn RunObserver,
 ) -> Result<Grasp, GraspError> {
     let started = Instant::now();
-    let start = draw_start(object, hand, settings, run.seed, index)?;
+    let start = match fitter {
+        Some(fitter) => best_fitted_start(object, hand, fitter, settings, run.seed, index)?,
+        None => draw_start(object, hand, settings, run.seed, index)?,
+    };
     let mut trajectory = Vec::new();
     let mut observe = |step: usize, pose: &HandPose, losses: &Losses| {
         observer.step(index, step);
@@ -181,9 +222,12 @@ fn one_grasp(
             });
         }
     };
-    let synthesis = synthesize::<f32>(hand, &object.simulated, start, settings, &mut observe)?;
+    let mut synthesis = synthesize::<f32>(hand, &object.simulated, start, settings, &mut observe)?;
     if !is_finite(&synthesis) {
         return Err(GraspError::Diverged { index });
+    }
+    if let Some(fitter) = fitter {
+        synthesis.pose = fitter.fine(object.simulated.sdf(), &synthesis.pose).pose;
     }
     let synthesis_seconds = started.elapsed().as_secs_f64();
 

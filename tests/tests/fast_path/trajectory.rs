@@ -37,8 +37,8 @@ pub(crate) static TRAJECTORY: LazyLock<Trajectory> = LazyLock::new(|| {
     // Without dilation and at the final stiffness throughout: a scene as it is made.
     let settings = SynthesisSettings {
         smoothing_steps: 0,
-        soft_stiffness: SynthesisSettings::default().normal_stiffness,
-        ..SynthesisSettings::default().with_steps(STEPS)
+        soft_stiffness: SynthesisSettings::soft().normal_stiffness,
+        ..SynthesisSettings::soft().with_steps(STEPS)
     };
     let start = draw_start(&MUG, &*HAND, &settings, 0, 0).expect("it has a surface");
     let mut poses = Vec::new();

@@ -61,7 +61,7 @@ pub(crate) struct Arguments {
     /// Set of parameters
     #[arg(long, default_value = "default", value_parser = PossibleValuesParser::new(PRESETS))]
     preset: String,
-    /// Optimiser steps of each grasp (7000 by default); schedules stretch along
+    /// Steps of the simulation for each grasp (the preset's number by default); schedules stretch along
     #[arg(long)]
     steps: Option<usize>,
     /// Samples of the distance grid along each axis

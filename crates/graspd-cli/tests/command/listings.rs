@@ -136,7 +136,7 @@ fn every_command_explains_its_flags() {
         "[default: mug]",
         "[default: 10]",
         "[default: 256]",
-        "default, paper",
+        "default, fast, soft, paper",
     ] {
         assert!(synth.contains(value), "no {value} in {synth}");
     }

@@ -1,5 +1,6 @@
 //! The pipeline as its users see it: starts, synthesis, runs, ranking, records, summaries.
 
+mod conformity;
 mod execution;
 mod fixtures;
 mod object;

@@ -175,7 +175,7 @@ fn validation_names_the_field() {
         assert!(fault(&with(factor, 1.5)).contains(factor));
     }
     assert!(fault(&with("soft_stiffness", 1e9)).contains("`soft_stiffness`"));
-    assert!(fault(&with("stiffening_end", 5000)).contains("`stiffening_end`"));
+    assert!(fault(&with("stiffening_end", 0)).contains("`stiffening_end`"));
     for velocities in [vec![], vec![[0.0, f64::NAN, 0.0]]] {
         let settings = SynthesisSettings {
             object_velocities: velocities,

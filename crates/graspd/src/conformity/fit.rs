@@ -1,0 +1,242 @@
+//! The fit: Levenberg-Marquardt within the limits of the joints.
+
+use graspd_geom::{Quaternion, SdfGrid, Vec3};
+use graspd_hand::{Hand, HandPose, clamp_to_limits};
+use nalgebra::{DMatrix, DVector};
+
+use super::linearization::{Placement, PoseCost};
+use super::settings::{ConformitySettings, Stage};
+use super::skin::SkinSamples;
+use crate::GraspError;
+
+/// No step moves the base farther \[m\].
+const MOST_TRANSLATION: f64 = 0.01;
+/// No step turns the base farther \[rad\].
+const MOST_ROTATION: f64 = 0.15;
+/// No step moves a joint farther \[rad or m\].
+const MOST_JOINT_MOVE: f64 = 0.2;
+/// Damping at first, relative to the matrix's diagonal, and its bounds.
+const DAMPING: f64 = 1e-2;
+const LEAST_DAMPING: f64 = 1e-6;
+const MOST_DAMPING: f64 = 1e6;
+/// Factors on the damping after a step that helped and one that did not.
+const EASING: f64 = 0.3;
+const TIGHTENING: f64 = 8.0;
+/// Steps that are tried in one iteration.
+const ATTEMPTS: usize = 6;
+/// Keeps the matrix definite where nothing depends on some joint, relative to its trace.
+const REGULARIZATION: f64 = 1e-9;
+
+/// A hand fitted to an object.
+#[derive(Clone, Debug)]
+pub struct FittedHand {
+    /// Where it is, its joints within their limits.
+    pub pose: HandPose,
+    /// The cost at the end, less than 0 where skin touches; in points of skin, each worth `area`.
+    pub cost: f64,
+    /// Area of the sampled skin inside the object \[m^2\].
+    pub contact_area: f64,
+    /// Length of the mean of the object's normals over the skin that touches, weighted by how far it faces the object:
+    /// 1 where a flat hand presses against one side, 0 where hands press evenly from all sides, and 1 where none
+    /// touches.
+    pub imbalance: f64,
+    /// Greatest depth of the sampled skin inside the object \[m\], 0 if none is.
+    pub deepest: f64,
+}
+
+/// By how much a grasp that presses on one side only counts less than one that presses evenly from all sides.
+const IMBALANCE_DISCOUNT: f64 = 0.6;
+
+impl FittedHand {
+    /// How promising a coarse fit is, least first: its cost, discounted if it presses from one side only, from where a
+    /// hand can lean on an object but not hold it.
+    pub fn rating(&self) -> f64 {
+        self.cost.min(0.0) * (1.0 - IMBALANCE_DISCOUNT * self.imbalance) + self.cost.max(0.0)
+    }
+}
+
+/// Fits one hand to objects; its skin is sampled once.
+pub struct HandFitter<'a> {
+    hand: &'a dyn Hand,
+    settings: &'a ConformitySettings,
+    coarse: SkinSamples,
+    fine: SkinSamples,
+}
+
+impl<'a> HandFitter<'a> {
+    /// Samples the hand's skin.
+    ///
+    /// # Errors
+    /// If a setting is out of range or the hand's surface is not closed.
+    pub fn new(hand: &'a dyn Hand, settings: &'a ConformitySettings) -> Result<Self, GraspError> {
+        settings.validate()?;
+        Ok(Self {
+            hand,
+            settings,
+            coarse: SkinSamples::new(hand, settings.coarse_samples)?,
+            fine: SkinSamples::new(hand, settings.fine_samples)?,
+        })
+    }
+
+    /// Whether the hand has no soft skin.
+    fn is_rigid(&self) -> bool {
+        self.hand.mano_shape().is_none()
+    }
+
+    /// How many starts are to be tried for each grasp.
+    pub fn candidates(&self) -> usize {
+        self.settings.candidates
+    }
+
+    /// Brings the hand to the object from a start some way off, with few points of its skin.
+    pub fn coarse(&self, sdf: &SdfGrid, start: &HandPose) -> FittedHand {
+        let stages = self.settings.coarse_stages(self.is_rigid());
+        fit_stages(self.hand, sdf, &self.coarse, self.settings, &stages, start)
+    }
+
+    /// Fits a hand that touches already.
+    pub fn fine(&self, sdf: &SdfGrid, start: &HandPose) -> FittedHand {
+        let stages = self.settings.fine_stages(self.is_rigid());
+        fit_stages(self.hand, sdf, &self.fine, self.settings, &stages, start)
+    }
+}
+
+/// Runs the stages one after the other.
+///
+/// Within an iteration the cost is fixed and a step is taken only if it lowers it; from one iteration to the next the
+/// reach shrinks. Joints at a limit that the gradient pushes beyond it are left where they are for that step.
+fn fit_stages(
+    hand: &dyn Hand,
+    sdf: &SdfGrid,
+    skin: &SkinSamples,
+    settings: &ConformitySettings,
+    stages: &[Stage],
+    start: &HandPose,
+) -> FittedHand {
+    let mut cost_of = PoseCost::new(hand, sdf, skin, settings);
+    let mut pose = start.clone();
+    if let Some(limits) = hand.limits() {
+        clamp_to_limits(&mut pose.articulation, limits);
+    }
+    let mut placement = cost_of.place(&pose);
+    let mut damping = DAMPING;
+    let mut last = f64::INFINITY;
+    for stage in stages {
+        for iteration in 0..stage.iterations {
+            let cost = stage.cost(iteration);
+            last = cost_of.value(&pose, &placement, &cost);
+            let (matrix, gradient) = cost_of.normal_equations(&pose, &placement, &cost);
+            let is_held = held_joints(hand, &pose, &gradient);
+            let mut is_better = false;
+            for _ in 0..ATTEMPTS {
+                let Some(step) = damped_step(&matrix, &gradient, &is_held, damping) else {
+                    damping = (damping * TIGHTENING).min(MOST_DAMPING);
+                    continue;
+                };
+                let next = moved(hand, &pose, &step);
+                let next_placement = cost_of.place(&next);
+                let value = cost_of.value(&next, &next_placement, &cost);
+                is_better = value < last;
+                if is_better {
+                    (pose, placement, last) = (next, next_placement, value);
+                    damping = (damping * EASING).max(LEAST_DAMPING);
+                    break;
+                }
+                damping = (damping * TIGHTENING).min(MOST_DAMPING);
+            }
+            if !is_better {
+                // The next iteration has another cost: what failed for this one says little about it.
+                damping = 1.0;
+            }
+        }
+    }
+    fitted(skin, pose, &placement, last)
+}
+
+fn fitted(skin: &SkinSamples, pose: HandPose, placement: &Placement, cost: f64) -> FittedHand {
+    let inside = placement.distance.iter().filter(|&&d| d < 0.0);
+    FittedHand {
+        pose,
+        cost,
+        imbalance: placement.imbalance(),
+        contact_area: inside.clone().count() as f64 * skin.area(),
+        deepest: inside.fold(0.0, |deepest, &d| deepest.max(-d)),
+    }
+}
+
+/// Which unknowns are at a limit that the negative gradient points beyond.
+fn held_joints(hand: &dyn Hand, pose: &HandPose, gradient: &DVector<f64>) -> Vec<bool> {
+    let mut is_held = vec![false; gradient.len()];
+    if let Some(limits) = hand.limits() {
+        let joints = pose.articulation.iter().zip(limits);
+        for (joint, (&value, limit)) in joints.enumerate() {
+            let slope = gradient[6 + joint];
+            is_held[6 + joint] =
+                (value <= limit.lower && slope > 0.0) || (value >= limit.upper && slope < 0.0);
+        }
+    }
+    is_held
+}
+
+/// -(H + damping diag H)^-1 g among the unknowns that are not held, shortened to the longest steps allowed; `None` if
+/// the matrix is not positive definite.
+fn damped_step(
+    matrix: &DMatrix<f64>,
+    gradient: &DVector<f64>,
+    is_held: &[bool],
+    damping: f64,
+) -> Option<DVector<f64>> {
+    let mut damped = matrix.clone();
+    let mut right = -gradient;
+    // Where nothing touches the matrix is 0, and so is the step.
+    let floor = REGULARIZATION * matrix.trace() + f64::MIN_POSITIVE.sqrt();
+    for (k, held) in is_held.iter().enumerate() {
+        damped[(k, k)] += damping * matrix[(k, k)] + floor;
+        if *held {
+            let diagonal = damped[(k, k)];
+            damped.row_mut(k).fill(0.0);
+            damped.column_mut(k).fill(0.0);
+            damped[(k, k)] = diagonal;
+            right[k] = 0.0;
+        }
+    }
+    let step = damped.cholesky()?.solve(&right);
+    let joints = step.rows(6, step.len() - 6);
+    let excess = (step.fixed_rows::<3>(0).norm() / MOST_TRANSLATION)
+        .max(step.fixed_rows::<3>(3).norm() / MOST_ROTATION)
+        .max(joints.iter().fold(0.0, |most: f64, j| most.max(j.abs())) / MOST_JOINT_MOVE);
+    excess.is_finite().then(|| step / excess.max(1.0))
+}
+
+fn moved(hand: &dyn Hand, pose: &HandPose, step: &DVector<f64>) -> HandPose {
+    let mut next = pose.clone();
+    next.translation += Vec3::new(step[0], step[1], step[2]);
+    let turn = Quaternion::exp(Vec3::new(step[3], step[4], step[5]));
+    next.rotation = turn.compose(pose.rotation).normalize();
+    for (value, change) in next.articulation.iter_mut().zip(step.iter().skip(6)) {
+        *value += change;
+    }
+    if let Some(limits) = hand.limits() {
+        clamp_to_limits(&mut next.articulation, limits);
+    }
+    next
+}
+
+/// Fits a hand to an object: the pose, near `start`, in which as much skin as possible lies a fraction of a millimetre
+/// inside the object's surface and none much deeper.
+///
+/// Levenberg-Marquardt on the base and all joints at once, within the joints' limits, first with few points of the skin
+/// that feel the object from afar, then with many that feel it only close by. `start` may be some way off.
+///
+/// # Errors
+/// If a setting is out of range or the hand's surface is not closed.
+pub fn fit_hand(
+    hand: &dyn Hand,
+    sdf: &SdfGrid,
+    start: &HandPose,
+    settings: &ConformitySettings,
+) -> Result<FittedHand, GraspError> {
+    let fitter = HandFitter::new(hand, settings)?;
+    let near = fitter.coarse(sdf, start);
+    Ok(fitter.fine(sdf, &near.pose))
+}

@@ -1,0 +1,191 @@
+//! What a fit depends on.
+
+use serde::{Deserialize, Serialize};
+
+use super::cost::SkinCost;
+use crate::GraspError;
+
+/// How hands are fitted to objects, see [`fit_hand`](crate::fit_hand). Lengths are \[m\].
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ConformitySettings {
+    /// Starts that are tried for each grasp; the one that a coarse fit makes touch most is kept.
+    pub candidates: usize,
+    /// Points of the hand's skin in a coarse fit.
+    pub coarse_samples: usize,
+    /// Points of the hand's skin in the final fit.
+    pub fine_samples: usize,
+    /// Iterations of the coarse fit: from afar, and close to the surface.
+    pub coarse_iterations: [usize; 2],
+    /// Iterations of the final fit: drawing skin in, and then pushing out what is too deep.
+    pub fine_iterations: [usize; 2],
+    /// Points farther from touching than about this are hardly drawn in any more: at the start of a coarse fit, at the
+    /// end of its first part, at its end, at the start of the final fit, and at its end; falls exponentially.
+    pub reach: [f64; 5],
+    /// Points at least this deep need not be drawn in further.
+    pub depth: f64,
+    /// Points of soft skin (of hands in MANO's layout) deeper than this are pushed out.
+    pub most_depth: f64,
+    /// The same for rigid links.
+    pub rigid_most_depth: f64,
+    /// A point that is this much deeper than `most_depth` costs `deep_weights` times what one that touches gains.
+    pub depth_scale: f64,
+    /// See there: in both parts of the coarse fit, and both of the final one.
+    pub deep_weights: [f64; 4],
+    /// What each joint costs at a whole range from the relaxed posture, in points of skin.
+    pub posture_weight: f64,
+    /// What a self-intersection of 1 mm costs, in points of skin.
+    pub intersection_weight: f64,
+}
+
+impl Default for ConformitySettings {
+    /// As measured best (`docs/tuning.md`).
+    fn default() -> Self {
+        Self {
+            candidates: 8,
+            coarse_samples: 800,
+            fine_samples: 5000,
+            coarse_iterations: [30, 20],
+            fine_iterations: [40, 20],
+            reach: [5e-2, 5e-3, 1.5e-3, 2e-3, 8e-4],
+            depth: 1.5e-4,
+            most_depth: 9e-4,
+            rigid_most_depth: 4e-4,
+            depth_scale: 4e-4,
+            deep_weights: [0.02, 1.0, 1.0, 4.0],
+            posture_weight: 2.0,
+            intersection_weight: 1.0,
+        }
+    }
+}
+
+/// More points than any skin needs: at 10^5 they lie under a millimetre apart.
+const MOST_SAMPLES: usize = 100_000;
+
+impl ConformitySettings {
+    /// Checks every field.
+    ///
+    /// # Errors
+    /// [`GraspError::InvalidSetting`] naming the field.
+    pub fn validate(&self) -> Result<(), GraspError> {
+        let check = |field, value: f64, is_allowed: bool, wanted| {
+            if is_allowed && value.is_finite() {
+                return Ok(());
+            }
+            Err(GraspError::InvalidSetting {
+                field,
+                value,
+                wanted,
+            })
+        };
+        let candidates = self.candidates as f64;
+        check(
+            "conformity.candidates",
+            candidates,
+            candidates >= 1.0,
+            "at least 1",
+        )?;
+        for (field, samples) in [
+            ("conformity.coarse_samples", self.coarse_samples),
+            ("conformity.fine_samples", self.fine_samples),
+        ] {
+            let is_allowed = (1..=MOST_SAMPLES).contains(&samples);
+            check(field, samples as f64, is_allowed, "1 to 100000")?;
+        }
+        for reach in self.reach {
+            check("conformity.reach", reach, reach > 0.0, "positive numbers")?;
+        }
+        for (field, most) in [
+            ("conformity.most_depth", self.most_depth),
+            ("conformity.rigid_most_depth", self.rigid_most_depth),
+        ] {
+            check(field, most, most >= self.depth, "at least conformity.depth")?;
+        }
+        let scale = self.depth_scale;
+        check(
+            "conformity.depth_scale",
+            scale,
+            scale > 0.0,
+            "a positive number",
+        )?;
+        for weight in self.deep_weights {
+            check(
+                "conformity.deep_weights",
+                weight,
+                weight >= 0.0,
+                "numbers >= 0",
+            )?;
+        }
+        for (field, value) in [
+            ("conformity.depth", self.depth),
+            ("conformity.posture_weight", self.posture_weight),
+            ("conformity.intersection_weight", self.intersection_weight),
+        ] {
+            check(field, value, value >= 0.0, "a number >= 0")?;
+        }
+        Ok(())
+    }
+
+    /// The stages of the coarse fit.
+    pub(super) fn coarse_stages(&self, is_rigid: bool) -> [Stage; 2] {
+        let [far, near, touching, ..] = self.reach;
+        let cost = |part| self.cost(is_rigid, self.deep_weights[part]);
+        [
+            Stage::new(self.coarse_iterations[0], [far, near], cost(0)),
+            Stage::new(self.coarse_iterations[1], [near, touching], cost(1)),
+        ]
+    }
+
+    /// The stages of the final fit.
+    pub(super) fn fine_stages(&self, is_rigid: bool) -> [Stage; 2] {
+        let [.., start, end] = self.reach;
+        let cost = |part| self.cost(is_rigid, self.deep_weights[part]);
+        [
+            Stage::new(self.fine_iterations[0], [start, end], cost(2)),
+            Stage::new(self.fine_iterations[1], [end, end], cost(3)),
+        ]
+    }
+
+    /// The cost but for its reach.
+    fn cost(&self, is_rigid: bool, deep_weight: f64) -> SkinCost {
+        SkinCost {
+            reach: 0.0,
+            depth: self.depth,
+            most_depth: if is_rigid {
+                self.rigid_most_depth
+            } else {
+                self.most_depth
+            },
+            deep_factor: deep_weight / (self.depth_scale * self.depth_scale),
+        }
+    }
+}
+
+/// Iterations with one cost but for its reach.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Stage {
+    pub(super) iterations: usize,
+    /// At the first and the last iteration.
+    reach: [f64; 2],
+    cost: SkinCost,
+}
+
+impl Stage {
+    fn new(iterations: usize, reach: [f64; 2], cost: SkinCost) -> Self {
+        Self {
+            iterations,
+            reach,
+            cost,
+        }
+    }
+
+    /// The cost at an iteration.
+    pub(super) fn cost(&self, iteration: usize) -> SkinCost {
+        let share = iteration as f64 / (self.iterations.max(2) - 1) as f64;
+        let [first, last] = self.reach;
+        SkinCost {
+            reach: first * (last / first).powf(share),
+            ..self.cost
+        }
+    }
+}

@@ -1,0 +1,101 @@
+//! Points spread evenly over a hand's surface, which follow the hand as it moves.
+
+use graspd_geom::{Quaternion, SignedDistance, TriangleMesh, Vec3, sample_evenly};
+use graspd_hand::{Hand, HandPose};
+use nalgebra::{Point3, Vector3};
+
+use crate::GraspError;
+
+/// Seed of the pattern; any would do.
+const SEED: u64 = 7;
+/// Where a surface is tested for being buried in another part of the hand: this far outside it \[m\].
+const BURIED_PROBE: f64 = 1e-6;
+
+/// One point, by its place in a face.
+#[derive(Clone, Copy, Debug)]
+struct Place {
+    corners: [u32; 3],
+    shares: [f64; 3],
+}
+
+/// Points spread evenly over the outer surface of a hand: each stands for the same area of the open hand.
+#[derive(Clone, Debug)]
+pub struct SkinSamples {
+    places: Vec<Place>,
+    /// The area that each point stands for \[m^2\].
+    area: f64,
+}
+
+impl SkinSamples {
+    /// About `count` points on the hand's surface. Those inside another part of the open hand are left out, as links
+    /// overlap at the joints.
+    ///
+    /// # Errors
+    /// If the hand's surface is not closed.
+    pub fn new(hand: &dyn Hand, count: usize) -> Result<Self, GraspError> {
+        let surface = hand.surface(&HandPose {
+            translation: Vec3::zero(),
+            rotation: Quaternion::identity(),
+            articulation: hand.open_articulation().to_vec(),
+        });
+        let solid = SignedDistance::new(&surface)?;
+        let points = sample_evenly(&surface, count, SEED);
+        let area = surface.area() / points.len().max(1) as f64;
+        let outer = points
+            .iter()
+            .filter(|p| !solid.is_inside(&(p.point + p.normal * BURIED_PROBE)));
+        let places = outer.map(|p| Place {
+            corners: surface.faces[p.face],
+            shares: shares(&surface.corners(p.face), &p.point),
+        });
+        Ok(Self {
+            places: places.collect(),
+            area,
+        })
+    }
+
+    /// How many points there are.
+    pub fn len(&self) -> usize {
+        self.places.len()
+    }
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.places.is_empty()
+    }
+    /// The area that each point stands for \[m^2\].
+    pub fn area(&self) -> f64 {
+        self.area
+    }
+
+    /// Where the points are on the posed surface.
+    pub(super) fn positions(&self, surface: &TriangleMesh, positions: &mut Vec<Vector3<f64>>) {
+        positions.clear();
+        positions.extend(self.places.iter().map(|place| {
+            let [a, b, c] = place.corners.map(|v| surface.vertices[v as usize].coords);
+            a * place.shares[0] + b * place.shares[1] + c * place.shares[2]
+        }));
+    }
+
+    /// The outward unit normals of the points' faces.
+    pub(super) fn normals<'a>(
+        &'a self,
+        surface: &'a TriangleMesh,
+    ) -> impl Iterator<Item = Vector3<f64>> + 'a {
+        self.places.iter().map(|place| {
+            let [a, b, c] = place.corners.map(|v| surface.vertices[v as usize]);
+            let normal = (b - a).cross(&(c - a)).try_normalize(0.0);
+            // A face without an area faces nowhere.
+            normal.unwrap_or_default()
+        })
+    }
+}
+
+/// Barycentric coordinates of a point of a triangle with an area.
+fn shares([a, b, c]: &[Point3<f64>; 3], p: &Point3<f64>) -> [f64; 3] {
+    let normal = (b - a).cross(&(c - a));
+    let part = |from: &Point3<f64>, to: &Point3<f64>| {
+        (to - from).cross(&(p - from)).dot(&normal) / normal.norm_squared()
+    };
+    let (first, second) = (part(b, c), part(c, a));
+    [first, second, 1.0 - first - second]
+}

@@ -1,0 +1,238 @@
+//! Fitting a hand's skin to an object.
+
+use graspd::{
+    ConformitySettings, ExecutionSettings, HandFitter, RunSettings, SkinSamples, SynthesisSettings,
+    draw_start, fit_hand, synthesize_grasps,
+};
+use graspd_eval::EvaluationSettings;
+use graspd_hand::{Hand, HandPose, SkinnedHandOptions, human};
+use graspd_sim::Scene;
+
+use crate::fixtures::{CAN, HAND};
+
+/// Few points and iterations, for tests that need no good grasp.
+fn quick() -> ConformitySettings {
+    ConformitySettings {
+        candidates: 2,
+        coarse_samples: 300,
+        fine_samples: 600,
+        ..ConformitySettings::default()
+    }
+}
+
+fn start(hand: &dyn Hand, index: usize) -> HandPose {
+    draw_start(&CAN, hand, &SynthesisSettings::default(), 0, index).expect("it has a surface")
+}
+
+fn is_within_limits(hand: &dyn Hand, pose: &HandPose) -> bool {
+    let limits = hand.limits().expect("this hand has limits");
+    let mut joints = pose.articulation.iter().zip(limits);
+    joints.all(|(value, limit)| limit.contains(*value))
+}
+
+#[test]
+fn hands_from_afar_wrap_the_object_and_stay_within_their_limits() {
+    /// The grid of 32 samples a side cuts corners by some tenths of a millimetre, and so do 600 points.
+    const DEEPEST: f64 = 2.5e-3;
+    let human = human(&SkinnedHandOptions::default()).expect("the options are in range");
+    // A tenth of the surface of a hand is a third of what can touch.
+    for (hand, least_area) in [(&*HAND as &dyn Hand, 10e-4), (&human, 10e-4)] {
+        for index in 0..2 {
+            let start = start(hand, index);
+            let fitted = fit_hand(hand, CAN.simulated.sdf(), &start, &quick()).unwrap();
+            assert!(fitted.contact_area > least_area, "{}", fitted.contact_area);
+            assert!(fitted.deepest < DEEPEST, "{}", fitted.deepest);
+            assert!(fitted.cost < 0.0 && fitted.cost <= fitted.rating() && fitted.rating() < 0.0);
+            assert!(
+                (0.0..1.0).contains(&fitted.imbalance),
+                "{}",
+                fitted.imbalance
+            );
+            assert!(is_within_limits(hand, &fitted.pose));
+            let q = fitted.pose.rotation;
+            let norm = q.w * q.w + q.x * q.x + q.y * q.y + q.z * q.z;
+            assert!((norm - 1.0).abs() < 1e-12);
+        }
+    }
+}
+
+#[test]
+fn a_deep_hand_is_pushed_out() {
+    let settings = quick();
+    let fitter = HandFitter::new(&*HAND, &settings).unwrap();
+    let sdf = CAN.simulated.sdf();
+    let touching = fitter.coarse(sdf, &start(&*HAND, 0)).pose;
+    // 4 mm towards the middle of the can.
+    let inwards = CAN.simulated.center_of_mass() - touching.translation;
+    let mut deep = touching;
+    deep.translation += inwards.normalize_or_zero() * 4e-3;
+    let simulation = SynthesisSettings::default().simulation();
+    let mut scene = Scene::<f64>::new(&*HAND, &CAN.simulated, &simulation);
+    scene.place(&deep);
+    let before = scene.closest_distance();
+    scene.place(&fitter.fine(sdf, &deep).pose);
+    let after = scene.closest_distance();
+    assert!(before < -3e-3, "{before}");
+    assert!(after > 0.5 * before, "{before} {after}");
+}
+
+#[test]
+fn the_same_fit_gives_the_same_bits_and_starts_beyond_the_limits_are_taken_in() {
+    let settings = quick();
+    let mut beyond = start(&*HAND, 1);
+    beyond.articulation.fill(9.0);
+    let fit = || fit_hand(&*HAND, CAN.simulated.sdf(), &beyond, &settings).unwrap();
+    let (once, again) = (fit(), fit());
+    assert_eq!(once.pose, again.pose);
+    assert_eq!(once.cost, again.cost);
+    assert!(is_within_limits(&*HAND, &once.pose));
+}
+
+#[test]
+fn a_hand_out_of_reach_stays_where_it_is() {
+    let mut far = start(&*HAND, 0);
+    far.translation.x += 50.0;
+    // No preference of posture either.
+    let settings = ConformitySettings {
+        posture_weight: 0.0,
+        ..quick()
+    };
+    let fitted = fit_hand(&*HAND, CAN.simulated.sdf(), &far, &settings).unwrap();
+    assert_eq!(fitted.pose.translation, far.translation);
+    assert_eq!((fitted.contact_area, fitted.deepest), (0.0, 0.0));
+    assert_eq!((fitted.imbalance, fitted.rating()), (1.0, fitted.cost));
+}
+
+#[test]
+fn samples_are_spread_over_the_outer_surface() {
+    let samples = SkinSamples::new(&*HAND, 500).unwrap();
+    assert!(!samples.is_empty() && samples.len() < 500, "links overlap");
+    let surface = HAND.surface(&start(&*HAND, 0)).area();
+    let sampled = samples.len() as f64 * samples.area();
+    assert!((0.3..1.0).contains(&(sampled / surface)));
+}
+
+#[test]
+fn settings_out_of_range_are_named() {
+    let default = ConformitySettings::default();
+    default.validate().unwrap();
+    let wrong = [
+        (
+            "candidates",
+            ConformitySettings {
+                candidates: 0,
+                ..default.clone()
+            },
+        ),
+        (
+            "coarse_samples",
+            ConformitySettings {
+                coarse_samples: 0,
+                ..default.clone()
+            },
+        ),
+        (
+            "fine_samples",
+            ConformitySettings {
+                fine_samples: 1 << 30,
+                ..default.clone()
+            },
+        ),
+        (
+            "reach",
+            ConformitySettings {
+                reach: [1.0, 0.0, 1.0, 1.0, 1.0],
+                ..default.clone()
+            },
+        ),
+        (
+            "conformity.depth",
+            ConformitySettings {
+                depth: -1.0,
+                ..default.clone()
+            },
+        ),
+        (
+            "most_depth",
+            ConformitySettings {
+                most_depth: 0.0,
+                ..default.clone()
+            },
+        ),
+        (
+            "rigid_most_depth",
+            ConformitySettings {
+                rigid_most_depth: f64::NAN,
+                ..default.clone()
+            },
+        ),
+        (
+            "depth_scale",
+            ConformitySettings {
+                depth_scale: 0.0,
+                ..default.clone()
+            },
+        ),
+        (
+            "deep_weights",
+            ConformitySettings {
+                deep_weights: [-1.0; 4],
+                ..default.clone()
+            },
+        ),
+        (
+            "posture_weight",
+            ConformitySettings {
+                posture_weight: -1.0,
+                ..default.clone()
+            },
+        ),
+        (
+            "intersection_weight",
+            ConformitySettings {
+                intersection_weight: f64::INFINITY,
+                ..default
+            },
+        ),
+    ];
+    for (field, conformity) in wrong {
+        let settings = SynthesisSettings {
+            conformity: Some(conformity),
+            ..SynthesisSettings::default()
+        };
+        let fault = settings.validate().unwrap_err().to_string();
+        assert!(fault.contains(field), "{field}: {fault}");
+    }
+}
+
+#[test]
+fn grasps_of_the_default_preset_do_not_depend_on_threads() {
+    let settings = SynthesisSettings {
+        conformity: Some(quick()),
+        ..SynthesisSettings::default().with_steps(50)
+    };
+    let run = RunSettings {
+        seed: 3,
+        count: 2,
+        trajectory_every: None,
+        execution: ExecutionSettings::default(),
+        evaluation: EvaluationSettings {
+            metrics: "ca,pd".parse().unwrap(),
+            ..EvaluationSettings::default()
+        },
+    };
+    let on = |threads| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
+        let run = || synthesize_grasps(&CAN, &*HAND, &settings, &run, &()).unwrap();
+        pool.unwrap().install(run)
+    };
+    let (one, two) = (on(1), on(2));
+    assert_eq!(one.len(), 2);
+    for (a, b) in one.iter().zip(&two) {
+        assert_eq!(a.pose, b.pose);
+        assert_eq!(a.record.metrics, b.record.metrics);
+        let area = a.record.metrics.as_ref().unwrap().contact_area_cm2.unwrap();
+        assert!(area > 5.0, "{area}");
+    }
+    assert_ne!(one[0].pose, one[1].pose);
+}
