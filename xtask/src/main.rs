@@ -6,6 +6,7 @@ mod duplicates;
 mod edges;
 mod sources;
 mod steps;
+mod table4;
 
 use std::path::Path;
 use std::process::ExitCode;
@@ -15,7 +16,9 @@ usage: cargo xtask <command>
 
   ci    format, layering and source rules, clippy, documentation, doctests, tests
   bench [--save NAME]
-        processor times of a synthesis step by each backend, as one table; NAME keeps them for criterion";
+        processor times of a synthesis step by each backend, as one table; NAME keeps them for criterion
+  reproduce-table4 [--ycb DIR] [--objects LIST] [--quick]
+        the paper's RGB-D experiment: grasps on true and reconstructed meshes, judged on the true ones";
 
 fn main() -> ExitCode {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
@@ -30,6 +33,13 @@ fn main() -> ExitCode {
             Err(error) => {
                 eprintln!("error: {error:#}");
                 ExitCode::FAILURE
+            }
+        },
+        ["reproduce-table4", rest @ ..] => match table4::Options::parse(rest) {
+            Some(options) => exit_code(table4::reproduce(&root, &options)),
+            None => {
+                eprintln!("{USAGE}");
+                ExitCode::from(2)
             }
         },
         ["help" | "--help" | "-h"] => {

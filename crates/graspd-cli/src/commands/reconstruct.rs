@@ -36,7 +36,7 @@ pub(crate) struct Arguments {
     /// Move each view onto the others first, where poses are not exact
     #[arg(long)]
     refine: bool,
-    /// Cut the surface away where points are sparser than this part of the median, and patch the hole; 0: leave it to Poisson
+    /// Cut the surface away where no point is within so many cells (or 5 mm), and patch the hole; inf: leave it to Poisson
     #[arg(long, default_value_t = ReconstructionSettings::default().trim, allow_negative_numbers = true)]
     trim: f64,
     /// Express the result in the frame of this mesh of the same object, found by registration
@@ -94,6 +94,7 @@ fn build(arguments: &Arguments) -> Result<()> {
     let settings = ReconstructionSettings {
         poisson,
         trim: arguments.trim,
+        ..ReconstructionSettings::default()
     };
     let result = reconstruct(&fused.cloud, &settings, &label).with_context(|| label.clone())?;
     let aligned = align(arguments, &capture, &fused.cloud)?;

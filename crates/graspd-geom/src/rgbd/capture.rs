@@ -10,6 +10,10 @@ const RIGID_TOLERANCE: f64 = 1e-3;
 /// A camera farther away than this \[m\] has its place in millimetres.
 const FARTHEST: f64 = 10.0;
 
+/// Side of the blocks of a mask's pixels in which the nearest point is looked for: over twice the distance between depth
+/// pixels there, so that points of one surface leave no gaps.
+const BLOCK: usize = 4;
+
 /// A plane n . p + offset = 0, with its unit normal on the side that things stand on.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Plane {
@@ -55,17 +59,50 @@ pub struct ObjectMask {
 }
 
 impl ObjectMask {
-    /// Whether a point of the depth camera's frame is seen as the object.
-    pub fn shows(&self, p: &Point3<f64>) -> bool {
-        let Some([u, v]) = self.camera.project(&(self.mask_from_depth * p)) else {
-            return false;
+    /// Those of all points that a depth camera saw, in its frame, that this camera sees as the object.
+    ///
+    /// What is behind another point by more than `jump` \[m\] is hidden from this camera: the mask tells nothing of it.
+    fn shown(&self, points: &[Point3<f64>], jump: f64) -> Vec<Point3<f64>> {
+        let columns = self.camera.width.div_ceil(BLOCK);
+        let rows = self.camera.height.div_ceil(BLOCK);
+        let mut nearest = vec![f64::INFINITY; columns * rows];
+        let placed: Vec<(usize, f64, &Point3<f64>)> = (points.iter())
+            .filter_map(|p| {
+                let moved = self.mask_from_depth * p;
+                Some((self.pixel(&moved)?, moved.z, p))
+            })
+            .collect();
+        let block = |pixel: usize| {
+            let (column, row) = (pixel % self.camera.width, pixel / self.camera.width);
+            (column / BLOCK, row / BLOCK)
         };
+        for &(pixel, z, _) in &placed {
+            let (column, row) = block(pixel);
+            let least = &mut nearest[row * columns + column];
+            *least = least.min(z);
+        }
+        let is_hidden = |pixel: usize, z: f64| {
+            let (column, row) = block(pixel);
+            (row.saturating_sub(1)..=(row + 1).min(rows - 1)).any(|y| {
+                (column.saturating_sub(1)..=(column + 1).min(columns - 1))
+                    .any(|x| nearest[y * columns + x] < z - jump)
+            })
+        };
+        (placed.into_iter())
+            .filter(|&(pixel, z, _)| self.is_object[pixel] && !is_hidden(pixel, z))
+            .map(|(_, _, p)| *p)
+            .collect()
+    }
+
+    /// The pixel at which a point of this camera's frame is seen, if it is in the image.
+    fn pixel(&self, p: &Point3<f64>) -> Option<usize> {
+        let [u, v] = self.camera.project(p)?;
         let (column, row) = (u.round(), v.round());
         let is_within = column >= 0.0
             && row >= 0.0
             && column < self.camera.width as f64
             && row < self.camera.height as f64;
-        is_within && self.is_object[row as usize * self.camera.width + column as usize]
+        is_within.then(|| row as usize * self.camera.width + column as usize)
     }
 }
 
@@ -94,16 +131,20 @@ impl DepthView {
     /// ([`DepthImage::without_edges`]) and that the mask shows, where there is one.
     pub fn points(&self, edge_radius: usize, edge_jump: f64) -> Vec<Point3<f64>> {
         let depth = self.depth.without_edges(edge_radius, edge_jump);
-        (0..depth.raw.len())
+        let seen = |pixel: usize| {
+            let z = depth.depth(pixel)?;
+            let (u, v) = (pixel % depth.width, pixel / depth.width);
+            self.camera.unproject(u as f64, v as f64, z)
+        };
+        let seen: Vec<Point3<f64>> = (0..depth.raw.len())
             .into_par_iter()
-            .filter_map(|pixel| {
-                let z = depth.depth(pixel)?;
-                let (u, v) = (pixel % depth.width, pixel / depth.width);
-                let p = self.camera.unproject(u as f64, v as f64, z)?;
-                let is_shown = self.mask.as_ref().is_none_or(|mask| mask.shows(&p));
-                is_shown.then(|| self.world_from_camera * p)
-            })
-            .collect()
+            .filter_map(seen)
+            .collect();
+        let kept = match &self.mask {
+            Some(mask) => mask.shown(&seen, edge_jump),
+            None => seen,
+        };
+        kept.iter().map(|p| self.world_from_camera * p).collect()
     }
 }
 

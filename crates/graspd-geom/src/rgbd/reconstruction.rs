@@ -4,10 +4,12 @@ use std::f64::consts::{PI, TAU};
 
 use nalgebra::{Isometry3, Point3, UnitQuaternion, Vector3};
 
+use rayon::prelude::*;
+
 use super::registration::{Registration, registered};
 use crate::{
-    GeometryError, PointCloud, PoissonSettings, RepairReport, RepairSettings, SignedDistance,
-    TriangleMesh, poisson_surface, repair,
+    GeometryError, KdTree, PointCloud, PoissonSettings, RepairReport, RepairSettings,
+    SignedDistance, TriangleMesh, poisson_surface, repair,
 };
 
 /// Turns about the vertical that an alignment starts from.
@@ -20,9 +22,12 @@ const ALIGNED_POINTS: usize = 3_000;
 pub struct ReconstructionSettings {
     /// The Poisson reconstruction's.
     pub poisson: PoissonSettings,
-    /// The surface is cut away where there are fewer points per area than this part of the median, and the hole patched:
-    /// above all under the object. 0 keeps the whole Poisson surface, which bulges there.
+    /// The surface is cut away where it is farther from all points than so many cells of the finest depth (and than
+    /// [`ReconstructionSettings::gap`]), and the hole patched: above all under the object. Infinity keeps the whole Poisson
+    /// surface, which bulges there.
     pub trim: f64,
+    /// Gaps between points that are bridged in any case \[m\].
+    pub gap: f64,
 }
 
 impl Default for ReconstructionSettings {
@@ -33,7 +38,8 @@ impl Default for ReconstructionSettings {
                 depth: 5,
                 ..PoissonSettings::default()
             },
-            trim: 0.1,
+            trim: 1.5,
+            gap: 0.005,
         }
     }
 }
@@ -61,29 +67,57 @@ pub fn reconstruct(
     settings: &ReconstructionSettings,
     name: &str,
 ) -> Result<Reconstruction, GeometryError> {
-    if !(0.0..=1.0).contains(&settings.trim) {
-        return Err(GeometryError::Setting {
-            name: "trim",
-            value: settings.trim,
-            low: 0.0,
-            high: 1.0,
-        });
+    for (name, value) in [("trim", settings.trim), ("gap", settings.gap)] {
+        // Also where it is NaN.
+        if !(value >= 0.0) {
+            return Err(GeometryError::Setting {
+                name,
+                value,
+                low: 0.0,
+                high: f64::INFINITY,
+            });
+        }
     }
     let surface = poisson_surface(cloud, &settings.poisson)?;
-    let mut density = surface.density.clone();
-    density.sort_unstable_by(f64::total_cmp);
-    let median = density[density.len() / 2];
-    let seen = if settings.trim > 0.0 {
-        surface.trimmed(settings.trim * median)
-    } else {
-        surface.mesh.clone()
-    };
+    let first = cloud.points[0];
+    let (low, high) = (cloud.points.iter()).fold((first, first), |(l, h), p| (l.inf(p), h.sup(p)));
+    let cells = f64::from(1_u32 << settings.poisson.depth);
+    let cell = settings.poisson.scale * (high - low).max() / cells;
+    let seen = near(
+        &surface.mesh,
+        cloud,
+        (settings.trim * cell).max(settings.gap),
+    );
     let repaired = repair(&seen, &RepairSettings::default(), name)?;
     Ok(Reconstruction {
         trimmed: 1.0 - seen.area() / surface.mesh.area(),
         mesh: repaired.mesh,
         repair: repaired.report,
     })
+}
+
+/// The faces of a mesh with a corner within `reach` of a point, and their vertices.
+fn near(mesh: &TriangleMesh, cloud: &PointCloud, reach: f64) -> TriangleMesh {
+    let tree = KdTree::new(&cloud.points);
+    let is_near: Vec<bool> = (mesh.vertices.par_iter())
+        .map_init(Vec::new, |found, vertex| {
+            tree.nearest(vertex, 1, found);
+            found.iter().any(|(squared, _)| *squared <= reach * reach)
+        })
+        .collect();
+    let mut number = vec![None; mesh.vertices.len()];
+    let mut kept = TriangleMesh::default();
+    for face in &mesh.faces {
+        if face.iter().any(|&v| is_near[v as usize]) {
+            kept.faces.push(face.map(|v| {
+                *number[v as usize].get_or_insert_with(|| {
+                    kept.vertices.push(mesh.vertices[v as usize]);
+                    kept.vertices.len() as u32 - 1
+                })
+            }));
+        }
+    }
+    kept
 }
 
 /// Finds how a cloud lies on a mesh of the same object, both standing upright (`up` in the cloud's frame, z in the mesh's): from
