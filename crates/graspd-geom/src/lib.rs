@@ -61,7 +61,9 @@ pub use parry_bridge::parry_signed_distance;
 pub use pointcloud::{KdTree, PointCloud};
 pub use poisson::{PoissonSettings, PoissonSurface, poisson_surface};
 pub use remeshing::{RemeshTarget, remesh};
-pub use repair::{FilledHole, RepairReport, RepairSettings, RepairTier, RepairedMesh, repair};
+pub use repair::{
+    FilledHole, RepairReport, RepairSettings, RepairTier, RepairedMesh, connected_parts, repair,
+};
 pub use rigid::{Mat3, Quaternion, Rigid, Vec3};
 pub use sampling::{SurfacePoint, SurfaceSampler, sample_evenly};
 pub use sdf::{SdfGrid, SdfSampling};
