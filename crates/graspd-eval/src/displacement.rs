@@ -1,5 +1,6 @@
 //! Simulation displacement: how far the object moves in an independent physics engine while the hand is fixed.
 
+mod climbing;
 mod decomposition;
 mod exchange;
 mod piece;

@@ -24,6 +24,7 @@ use rapier3d_f64::prelude::{
 };
 use rayon::prelude::*;
 
+use super::climbing::ClimbingPolyhedron;
 use super::decomposition::ObjectPieces;
 use super::protocol::{DisplacementSettings, ObjectMotion, SIX_DIRECTIONS, SixDisplacements};
 use crate::EvaluationError;
@@ -72,7 +73,7 @@ impl DynamicObject {
             let vertices: Vec<_> = piece.vertices.iter().map(|p| Vector::from(*p)).collect();
             let polyhedron = ConvexPolyhedron::from_convex_mesh(vertices.clone(), &piece.faces)
                 .or_else(|| ConvexPolyhedron::from_convex_hull(&vertices))?;
-            Some(SharedShape::new(polyhedron))
+            Some(SharedShape::new(ClimbingPolyhedron::new(polyhedron)))
         });
         Self {
             pieces: pieces.collect(),

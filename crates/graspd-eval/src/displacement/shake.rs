@@ -4,6 +4,9 @@
 //! along each of the six axis directions for two seconds, success if it stays within 5 cm and 30 degrees each time.
 //! Theirs squeeze with a controlled hand; here, as for the displacement, the hand is fixed at its pose, so that the
 //! test needs nothing but two meshes.
+//!
+//! Fewer solver iterations than the displacement's 150 do: whether an object stays for two seconds depends on what holds it in
+//! the end, not on its first jolt.
 
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -48,7 +51,7 @@ impl Default for ShakeSettings {
             acceleration: 9.8,
             duration: 2.0,
             time_step: 1.0 / 240.0,
-            solver_iterations: 150,
+            solver_iterations: 40,
             most_displacement: 0.05,
             most_rotation: std::f64::consts::PI / 6.0,
         }
