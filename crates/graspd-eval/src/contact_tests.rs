@@ -176,3 +176,90 @@ fn depth_of_a_sphere_in_the_middle_of_a_face() {
     // One point a voxel: up to 0.7 mm beside the deepest, where a sphere and its facets fall by 0.02 mm.
     assert!((deepest - 0.5).abs() < 0.04, "{deepest}");
 }
+
+/// Winding number of `mesh` about a point by the sum of its triangles' solid angles: shares nothing with the trees.
+fn winding_number(mesh: &TriangleMesh, point: &nalgebra::Point3<f64>) -> f64 {
+    let solid_angle = |face: usize| {
+        let [a, b, c] = mesh.corners(face).map(|corner| corner - point);
+        let (x, y, z) = (a.norm(), b.norm(), c.norm());
+        let bottom = x * y * z + a.dot(&b) * z + b.dot(&c) * x + c.dot(&a) * y;
+        2.0 * a.dot(&b.cross(&c)).atan2(bottom)
+    };
+    (0..mesh.faces.len()).map(solid_angle).sum::<f64>() / (4.0 * PI)
+}
+
+#[test]
+fn common_voxels_are_those_of_a_look_at_every_voxel() {
+    let mug = graspd_geom::builtin_object("mug").unwrap();
+    let (low, high) = mug.bounds().unwrap();
+    // A finger across the mug's wall, and two overlapping ones that reach into its cavity.
+    let side = nalgebra::Point3::new(low.x, 0.5 * (low.y + high.y), 0.5 * (low.z + high.z));
+    let finger = graspd_geom::capsule_mesh(0.008, 0.03, 0.004);
+    let at = |x: f64, turn: f64| {
+        let motion = Isometry3::new(
+            side.coords + Vector3::new(x, 0.003, 0.002),
+            Vector3::y() * turn,
+        );
+        finger.transformed(&motion)
+    };
+    for hand in [at(0.001, 1.2), together(&[at(0.002, 0.4), at(0.006, 0.9)])] {
+        let size = 1.7e-3;
+        let (low, high) = hand.bounds().unwrap();
+        let (first, last) = (
+            low.map(|x| (x / size).floor()),
+            high.map(|x| (x / size).ceil()),
+        );
+        let range = |axis: usize| first[axis] as i64..last[axis] as i64;
+        let mut expected = 0;
+        for i in range(0) {
+            for j in range(1) {
+                for k in range(2) {
+                    let center = nalgebra::Point3::from([i, j, k].map(|i| (i as f64 + 0.5) * size));
+                    let is_inside = |mesh| winding_number(mesh, &center) > 0.5;
+                    expected += u64::from(is_inside(&hand) && is_inside(&mug));
+                }
+            }
+        }
+        assert!(expected > 20, "{expected}");
+        let count = crate::voxels::count_common_voxels(&distance(&mug), &distance(&hand), size);
+        assert_eq!(count, expected);
+    }
+}
+
+/// Root mean square over some motions of the relative error of `measure` at a voxel size.
+fn error_at(size: f64, exact: f64, measure: impl Fn(&Isometry3<f64>, f64) -> f64) -> f64 {
+    let count = 12;
+    let squares = (0..count).map(|k| {
+        // Irrational steps, so that no two are alike to the voxels.
+        let step = |factor: f64| (factor * f64::from(k)).fract();
+        let shift = Vector3::new(step(0.618), step(0.414), step(0.732)) * 0.01;
+        let turn = Vector3::new(step(0.236), step(0.317), step(0.873)) * 2.0;
+        (measure(&Isometry3::new(shift, turn), size) / exact - 1.0).powi(2)
+    });
+    (squares.sum::<f64>() / f64::from(count)).sqrt()
+}
+
+#[test]
+fn volumes_and_areas_converge_at_first_order_or_faster() {
+    // Bodies wholly inside a larger one: the volume in common is their own, that of their meshes.
+    let around = box_mesh([0.0; 3], [0.2; 3]);
+    for body in [
+        sphere_mesh([0.0; 3], 0.012, 10),
+        box_mesh([0.0; 3], [0.021, 0.017, 0.013]),
+    ] {
+        let exact = graspd_geom::signed_volume(&body) * 1e6;
+        let measure = |motion: &Isometry3<f64>, size: f64| {
+            volume(&body.transformed(motion), &around.transformed(motion), size)
+        };
+        let [coarse, fine] = [4e-3, 1e-3].map(|size| error_at(size, exact, measure));
+        // A quarter of the size, a quarter of the error or less.
+        assert!(fine < 0.25 * coarse && fine < 5e-3, "{coarse} {fine}");
+    }
+    let [hand, object] = pressed_boxes(3e-3);
+    let exact = 4.0 * 3.0 + 2.0 * (4.0 + 3.0) * 0.3;
+    let measure = |motion: &Isometry3<f64>, size: f64| {
+        touch(&hand.transformed(motion), &object.transformed(motion), size).0
+    };
+    let [coarse, fine] = [3e-3, 0.75e-3].map(|size| error_at(size, exact, measure));
+    assert!(fine < 0.25 * coarse && fine < 1e-2, "{coarse} {fine}");
+}

@@ -52,8 +52,14 @@ pub enum EvaluationError {
         /// The first step with a bad pose.
         step: usize,
     },
+    /// Another engine's answer does not fit the job that it was given.
+    #[error("the engine's answer lacks motions of hand {hand}; check its version")]
+    BadAnswer {
+        /// Index of the hand in the job.
+        hand: usize,
+    },
     /// A list of metrics has a name that is none.
-    #[error("there is no metric `{name}`; choose from ca, iv, pd, gws, sd, sd6 and all")]
+    #[error("there is no metric `{name}`; choose from ca, iv, pd, gws, sd, sd6, shake and all")]
     UnknownMetric {
         /// The name.
         name: String,

@@ -64,8 +64,8 @@ mod wrench_space;
 
 pub use displacement::{
     ConvexPiece, DecompositionSettings, DisplacementSettings, DynamicObject, FixedHand,
-    ObjectMotion, ObjectPieces, SIX_DIRECTIONS, SixDisplacements, simulate,
-    simulate_six_directions,
+    ObjectMotion, ObjectPieces, SIX_DIRECTIONS, ShakeOutcome, ShakeSettings, SimulationAnswer,
+    SimulationJob, SixDisplacements, shake, simulate, simulate_six_directions,
 };
 pub use error::EvaluationError;
 pub use ferrari_canny::{

@@ -3,14 +3,14 @@
 use std::sync::OnceLock;
 
 use graspd_geom::{DiskCache, MassProperties, SignedDistance, TriangleMesh};
-use nalgebra::Point3;
+use nalgebra::{Matrix3, Point3};
 use serde::{Deserialize, Serialize};
 
 use crate::EvaluationError;
 use crate::contact_area::contact_area_cm2;
 use crate::contacts::contacts;
 use crate::displacement::{
-    DecompositionSettings, DynamicObject, FixedHand, ObjectPieces, SIX_DIRECTIONS, simulate,
+    DecompositionSettings, DynamicObject, FixedHand, ObjectPieces, SIX_DIRECTIONS, shake, simulate,
     simulate_six_directions,
 };
 use crate::ferrari_canny::{EpsilonSettings, ForceLimit, ferrari_canny};
@@ -30,6 +30,7 @@ pub struct ObjectUnderTest {
     decomposition: DecompositionSettings,
     cache: Option<DiskCache>,
     /// Made when a displacement is first asked for: it takes seconds, and other metrics do not need it.
+    pieces: OnceLock<ObjectPieces>,
     dynamic: OnceLock<DynamicObject>,
 }
 
@@ -64,6 +65,7 @@ impl ObjectUnderTest {
             mass_properties,
             decomposition: decomposition.clone(),
             cache: None,
+            pieces: OnceLock::new(),
             dynamic: OnceLock::new(),
         })
     }
@@ -86,22 +88,25 @@ impl ObjectUnderTest {
     pub fn torque_scale(&self) -> f64 {
         self.torque_scale
     }
-    /// The object as the physics engine sees it; made on the first call, in seconds.
-    pub fn dynamic(&self) -> &DynamicObject {
-        self.dynamic.get_or_init(|| {
+    /// Inertia about the centre of mass, along the object's axes, for a mass of 1 kg \[m^2\].
+    pub(crate) fn unit_inertia(&self) -> Matrix3<f64> {
+        self.mass_properties.inertia / self.mass_properties.mass
+    }
+    /// The object's convex pieces; made on the first call, in seconds.
+    pub fn pieces(&self) -> &ObjectPieces {
+        self.pieces.get_or_init(|| {
             let distance = |p: &Point3<f64>| self.distance.signed_distance(p);
             let (mesh, settings) = (&self.mesh, &self.decomposition);
-            let pieces = match &self.cache {
+            match &self.cache {
                 Some(cache) => ObjectPieces::new_cached(mesh, &distance, settings, cache),
                 None => ObjectPieces::new(mesh, &distance, settings),
-            };
-            let MassProperties {
-                mass,
-                center_of_mass,
-                inertia,
-                ..
-            } = self.mass_properties;
-            DynamicObject::new(&pieces, center_of_mass, inertia / mass)
+            }
+        })
+    }
+    /// The object as the embedded physics engine sees it; made on the first call, in seconds.
+    pub fn dynamic(&self) -> &DynamicObject {
+        self.dynamic.get_or_init(|| {
+            DynamicObject::new(self.pieces(), self.center_of_mass(), self.unit_inertia())
         })
     }
     /// The object's contacts with a posed hand.
@@ -151,6 +156,12 @@ pub struct GraspMetrics {
     pub sim_displacement_cm: Option<f64>,
     /// The mean of that over gravity along each of the six axis directions \[cm\].
     pub sim_displacement_mean6_cm: Option<f64>,
+    /// How many of the shake test's six forces the hand withstands.
+    pub shake_withstood: Option<usize>,
+    /// Whether it withstands all of them.
+    pub shake_success: Option<bool>,
+    /// The physics engine of the displacements and the shake test.
+    pub sim_engine: Option<String>,
     /// Largest depth of the hand's surface inside the object \[mm\].
     pub max_penetration_mm: Option<f64>,
     /// How many contacts (surface voxels within the contact tolerance) there are.
@@ -201,37 +212,55 @@ pub fn evaluate(
     ) {
         metrics.ca_over_iv = (volume > 0.0).then(|| area / volume);
     }
-    if wanted.displacement || wanted.displacement_mean6 {
-        let fixed = FixedHand::new(hand)?;
-        let (object, protocol) = (object.dynamic(), &settings.displacement);
-        let fallen = protocol.free_fall() * 100.0;
-        let or_fallen = |result| match result {
-            Err(EvaluationError::Diverged { .. }) => Ok(fallen),
-            other => other,
-        };
-        if wanted.displacement_mean6 {
-            match simulate_six_directions(object, &fixed, protocol) {
-                Ok(six) => {
-                    metrics.sim_displacement_mean6_cm = Some(six.mean_cm);
-                    // The protocol's own direction is one of the six by default: no need to run it twice.
-                    let is_own = |d: &[f64; 3]| *d == protocol.gravity_direction;
-                    let own = SIX_DIRECTIONS.iter().position(is_own);
-                    metrics.sim_displacement_cm = own.map(|i| six.per_direction_cm[i]);
-                }
-                Err(error) => {
-                    metrics.sim_displacement_mean6_cm = Some(or_fallen(Err(error))?);
-                }
-            }
-        }
-        if !wanted.displacement {
-            metrics.sim_displacement_cm = None;
-        } else if metrics.sim_displacement_cm.is_none() {
-            let motion = simulate(object, &fixed, protocol);
-            let displacement = or_fallen(motion.map(|motion| motion.displacement_cm()))?;
-            metrics.sim_displacement_cm = Some(displacement);
-        }
+    if wanted.needs_physics() {
+        physics_metrics(&mut metrics, object, hand, settings)?;
     }
     Ok(metrics)
+}
+
+/// Displacements and the shake test.
+fn physics_metrics(
+    metrics: &mut GraspMetrics,
+    object: &ObjectUnderTest,
+    hand: &TriangleMesh,
+    settings: &EvaluationSettings,
+) -> Result<(), EvaluationError> {
+    let wanted = &settings.metrics;
+    metrics.sim_engine = Some("rapier".into());
+    let fixed = FixedHand::new(hand)?;
+    let (object, protocol) = (object.dynamic(), &settings.displacement);
+    let fallen = protocol.free_fall() * 100.0;
+    let or_fallen = |result| match result {
+        Err(EvaluationError::Diverged { .. }) => Ok(fallen),
+        other => other,
+    };
+    if wanted.displacement_mean6 {
+        match simulate_six_directions(object, &fixed, protocol) {
+            Ok(six) => {
+                metrics.sim_displacement_mean6_cm = Some(six.mean_cm);
+                // The protocol's own direction is one of the six by default: no need to run it twice.
+                let is_own = |d: &[f64; 3]| *d == protocol.gravity_direction;
+                let own = SIX_DIRECTIONS.iter().position(is_own);
+                metrics.sim_displacement_cm = own.map(|i| six.per_direction_cm[i]);
+            }
+            Err(error) => {
+                metrics.sim_displacement_mean6_cm = Some(or_fallen(Err(error))?);
+            }
+        }
+    }
+    if !wanted.displacement {
+        metrics.sim_displacement_cm = None;
+    } else if metrics.sim_displacement_cm.is_none() {
+        let motion = simulate(object, &fixed, protocol);
+        let displacement = or_fallen(motion.map(|motion| motion.displacement_cm()))?;
+        metrics.sim_displacement_cm = Some(displacement);
+    }
+    if wanted.shake {
+        let outcome = shake(object, &fixed, &settings.shake)?;
+        metrics.shake_withstood = Some(outcome.count());
+        metrics.shake_success = Some(outcome.is_success());
+    }
+    Ok(())
 }
 
 /// Epsilon and volume over all contacts.

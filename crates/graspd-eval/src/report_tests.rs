@@ -41,6 +41,8 @@ fn a_firm_grasp() {
     assert!((metrics.max_penetration_mm.unwrap() - 0.3).abs() < 1e-6);
     assert!(metrics.sim_displacement_cm.unwrap() < 0.05);
     assert!(metrics.sim_displacement_mean6_cm.unwrap() < 0.05);
+    assert_eq!(metrics.shake_withstood, Some(6));
+    assert_eq!(metrics.shake_success, Some(true));
     assert!(metrics.epsilon.unwrap() > 0.2);
     assert!(metrics.gws_volume.unwrap() > 0.1);
     assert!(metrics.contacts.unwrap() > 2400);
@@ -70,6 +72,8 @@ fn records_name_every_metric_and_keep_absent_ones_null() {
         "gws_volume",
         "sim_displacement_cm",
         "sim_displacement_mean6_cm",
+        "shake_withstood",
+        "shake_success",
         "max_penetration_mm",
         "contacts",
     ] {
@@ -91,6 +95,8 @@ fn a_hand_far_away_holds_nothing() {
     assert_eq!(metrics.epsilon, Some(0.0));
     assert_eq!(metrics.contacts, Some(0));
     assert!((metrics.sim_displacement_cm.unwrap() - 10.42).abs() < 0.05);
+    assert_eq!(metrics.shake_withstood, Some(0));
+    assert_eq!(metrics.shake_success, Some(false));
 }
 
 #[test]

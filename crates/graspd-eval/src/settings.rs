@@ -5,7 +5,7 @@ use std::str::FromStr;
 use serde::{Deserialize, Serialize};
 
 use crate::EvaluationError;
-use crate::displacement::DisplacementSettings;
+use crate::displacement::{DisplacementSettings, ShakeSettings};
 use crate::ferrari_canny::ForceLimit;
 use crate::hull::VolumeSettings;
 use crate::wrench_space::FRICTION_EDGES;
@@ -13,7 +13,8 @@ use crate::wrench_space::FRICTION_EDGES;
 /// Which metrics to compute; default: all.
 ///
 /// Reads from a list such as `ca,iv,sd`: `ca` contact area, `iv` interpenetration volume, `pd` penetration depth,
-/// `gws` wrench space (epsilon and volume), `sd` displacement, `sd6` mean displacement over six directions, `all`.
+/// `gws` wrench space (epsilon and volume), `sd` displacement, `sd6` mean displacement over six directions,
+/// `shake` the shake test, `all`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Metrics {
     /// Contact area.
@@ -28,6 +29,9 @@ pub struct Metrics {
     pub displacement: bool,
     /// Mean simulation displacement over six directions of gravity: six simulations.
     pub displacement_mean6: bool,
+    /// The shake test: six longer simulations.
+    #[serde(default)]
+    pub shake: bool,
 }
 
 impl Metrics {
@@ -39,6 +43,7 @@ impl Metrics {
         wrench_space: true,
         displacement: true,
         displacement_mean6: true,
+        shake: true,
     };
     /// No metrics.
     pub const NONE: Self = Self {
@@ -48,11 +53,17 @@ impl Metrics {
         wrench_space: false,
         displacement: false,
         displacement_mean6: false,
+        shake: false,
     };
 
     /// Whether any of them looks at the hand's surface.
     pub(crate) fn needs_surface(&self) -> bool {
         self.contact_area || self.max_penetration || self.wrench_space
+    }
+
+    /// Whether any of them is a simulation.
+    pub(crate) fn needs_physics(&self) -> bool {
+        self.displacement || self.displacement_mean6 || self.shake
     }
 }
 
@@ -76,6 +87,7 @@ impl FromStr for Metrics {
                 "gws" => metrics.wrench_space = true,
                 "sd" => metrics.displacement = true,
                 "sd6" => metrics.displacement_mean6 = true,
+                "shake" => metrics.shake = true,
                 _ => return Err(EvaluationError::UnknownMetric { name: name.into() }),
             }
         }
@@ -111,6 +123,8 @@ pub struct EvaluationSettings {
     pub volume: VolumeSettings,
     /// The simulation's protocol.
     pub displacement: DisplacementSettings,
+    /// The shake test's constants.
+    pub shake: ShakeSettings,
 }
 
 impl Default for EvaluationSettings {
@@ -127,6 +141,7 @@ impl Default for EvaluationSettings {
             force_limit: ForceLimit::Sum,
             volume: VolumeSettings::default(),
             displacement: DisplacementSettings::default(),
+            shake: ShakeSettings::default(),
         }
     }
 }
@@ -180,7 +195,8 @@ impl EvaluationSettings {
         let width = self.volume.relative_half_width;
         let range = "between 0.0001 and 1";
         check("volume.relative_half_width", width, 1e-4, 1.0, range)?;
-        self.displacement.validate()
+        self.displacement.validate()?;
+        self.shake.validate()
     }
 
     /// Half the diagonal of a voxel \[m\].

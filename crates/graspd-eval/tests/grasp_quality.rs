@@ -247,6 +247,20 @@ proptest! {
         prop_assert!((ratio / scale.powi(3) - 1.0).abs() < REFERENCE);
     }
 
+    /// Dividing torques by t times as much squeezes the space along them by 1/t: the ball in it shrinks by no more than
+    /// that, and never grows.
+    #[test]
+    fn epsilon_falls_with_the_torque_scale_but_no_faster(scale in 0.2f64..2.0, ratio in 1.0f64..5.0) {
+        let contacts = spiral(6);
+        let at = |scale| {
+            let wrenches = grasp_wrenches(&contacts, 0.7, 8, Point3::origin(), scale);
+            grasp_quality(&wrenches).unwrap().epsilon.value
+        };
+        let (small, large) = (at(scale), at(scale * ratio));
+        prop_assert!(large <= small + ROUNDING);
+        prop_assert!(large >= small / ratio - ROUNDING);
+    }
+
     #[test]
     fn more_friction_and_more_contacts_never_hurt(count in 4usize..8, friction in 0.1f64..0.9) {
         let contacts = spiral(count);

@@ -64,7 +64,9 @@ pub use parry_bridge::parry_signed_distance;
 pub use pointcloud::{KdTree, PointCloud};
 pub use poisson::{PoissonSettings, PoissonSurface, poisson_surface};
 pub use remeshing::{RemeshTarget, remesh};
-pub use repair::{FilledHole, RepairReport, RepairSettings, RepairTier, RepairedMesh, repair};
+pub use repair::{
+    FilledHole, RepairReport, RepairSettings, RepairTier, RepairedMesh, connected_parts, repair,
+};
 pub use rgbd::{
     DepthImage, DepthIntrinsics, DepthNoise, DepthScene, DepthView, FusedCloud, FusedView,
     FusionSettings, ObjectMask, PinholeCamera, Plane, Reconstruction, ReconstructionSettings,

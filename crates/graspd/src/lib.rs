@@ -57,6 +57,7 @@
 //! Poses map hand-base coordinates into the object's mesh coordinates; lengths are metres.
 
 mod approach;
+mod bootstrap;
 mod conformity;
 mod error;
 mod execution;

@@ -1,8 +1,11 @@
 //! A run in a few numbers: means over the best two, the best five and all grasps.
 
+use std::collections::BTreeMap;
+
 use graspd_eval::GraspMetrics;
 use serde::{Deserialize, Serialize};
 
+use crate::bootstrap::interval_95;
 use crate::record::GraspRecord;
 
 /// Means of the metrics over some grasps; `None` where no grasp has the metric.
@@ -22,8 +25,16 @@ pub struct MetricMeans {
     pub gws_volume: Option<f64>,
     /// Simulation displacement \[cm\].
     pub sim_displacement_cm: Option<f64>,
+    /// How many of the shake test's six forces are withstood.
+    pub shake_withstood: Option<f64>,
+    /// Share of grasps that withstand all six (in a median: 1 if at least half of them do).
+    pub shake_success: Option<f64>,
     /// Deepest penetration \[mm\].
     pub max_penetration_mm: Option<f64>,
+    /// For each of these means, by its name here, a 95 % bootstrap interval over the grasps (of two grasps: both
+    /// values). None for medians, and none for a mean over a single grasp.
+    #[serde(default)]
+    pub interval_95: BTreeMap<String, [f64; 2]>,
 }
 
 /// A run in a few numbers.
@@ -55,6 +66,8 @@ const INTERPENETRATION: Column = |m| m.interpenetration_volume_cm3;
 const EPSILON: Column = |m| m.epsilon;
 const VOLUME: Column = |m| m.gws_volume;
 const DISPLACEMENT: Column = |m| m.sim_displacement_cm;
+const WITHSTOOD: Column = |m| m.shake_withstood.map(|count| count as f64);
+const SUCCESS: Column = |m| m.shake_success.map(f64::from);
 const PENETRATION: Column = |m| m.max_penetration_mm;
 
 impl Summary {
@@ -63,12 +76,10 @@ impl Summary {
         let first = records.first();
         let name = |pick: fn(&GraspRecord) -> &String| first.map(pick).cloned().unwrap_or_default();
         let seconds = |pick: fn(&crate::Seconds) -> f64| {
-            mean(Box::new(
-                records.iter().filter_map(|r| r.seconds.as_ref().map(pick)),
-            ))
-            .unwrap_or(0.0)
+            let seconds = records.iter().filter_map(|r| r.seconds.as_ref());
+            mean(seconds.map(pick).collect()).unwrap_or(0.0)
         };
-        let best = |count: usize| aggregate(&records[..count.min(records.len())], mean);
+        let best = |count: usize| means(&records[..count.min(records.len())]);
         Self {
             object: name(|r| &r.object),
             hand: name(|r| &r.hand),
@@ -82,39 +93,71 @@ impl Summary {
     }
 }
 
-type Values<'a> = Box<dyn Iterator<Item = f64> + 'a>;
+fn values(records: &[GraspRecord], column: Column) -> Vec<f64> {
+    let of = |record: &GraspRecord| record.metrics.as_ref().and_then(column);
+    records.iter().filter_map(of).collect()
+}
 
-fn aggregate(records: &[GraspRecord], reduce: fn(Values<'_>) -> Option<f64>) -> MetricMeans {
-    let of = |column: Column| {
-        reduce(Box::new(
-            records
-                .iter()
-                .filter_map(move |r| r.metrics.as_ref().and_then(column)),
-        ))
-    };
+/// Every metric reduced by itself.
+fn aggregate(records: &[GraspRecord], reduce: fn(Vec<f64>) -> Option<f64>) -> MetricMeans {
+    let of = |column: Column| reduce(values(records, column));
     let (area, volume) = (of(CONTACT_AREA), of(INTERPENETRATION));
     MetricMeans {
         grasps: records.len(),
         contact_area_cm2: area,
         interpenetration_volume_cm3: volume,
-        ca_over_iv: match (area, volume) {
-            (Some(area), Some(volume)) if volume > 0.0 => Some(area / volume),
-            _ => None,
-        },
+        ca_over_iv: ratio(area, volume),
         epsilon: of(EPSILON),
         gws_volume: of(VOLUME),
         sim_displacement_cm: of(DISPLACEMENT),
+        shake_withstood: of(WITHSTOOD),
+        shake_success: of(SUCCESS),
         max_penetration_mm: of(PENETRATION),
+        interval_95: BTreeMap::new(),
     }
 }
 
-fn mean(values: Values<'_>) -> Option<f64> {
-    let (count, sum) = values.fold((0usize, 0.0), |(count, sum), v| (count + 1, sum + v));
-    (count > 0).then(|| sum / count as f64)
+/// Means with their intervals.
+fn means(records: &[GraspRecord]) -> MetricMeans {
+    let mut means = aggregate(records, mean);
+    for (name, column) in [
+        ("contact_area_cm2", CONTACT_AREA),
+        ("interpenetration_volume_cm3", INTERPENETRATION),
+        ("epsilon", EPSILON),
+        ("gws_volume", VOLUME),
+        ("sim_displacement_cm", DISPLACEMENT),
+        ("shake_withstood", WITHSTOOD),
+        ("shake_success", SUCCESS),
+        ("max_penetration_mm", PENETRATION),
+    ] {
+        let values = values(records, column);
+        let of = |indices: &[usize]| mean(indices.iter().map(|i| values[*i]).collect());
+        let interval = interval_95(values.len(), of);
+        means.interval_95.extend(interval.map(|i| (name.into(), i)));
+    }
+    let pairs: Vec<[f64; 2]> = (records.iter().filter_map(|r| r.metrics.as_ref()))
+        .filter_map(|m| Some([CONTACT_AREA(m)?, INTERPENETRATION(m)?]))
+        .collect();
+    let of = |indices: &[usize]| {
+        let sum = |k: usize| Some(indices.iter().map(|i| pairs[*i][k]).sum());
+        ratio(sum(0), sum(1))
+    };
+    let interval = interval_95(pairs.len(), of);
+    (means.interval_95).extend(interval.map(|i| ("ca_over_iv".into(), i)));
+    means
 }
 
-fn median(values: Values<'_>) -> Option<f64> {
-    let mut values: Vec<f64> = values.collect();
+fn ratio(area: Option<f64>, volume: Option<f64>) -> Option<f64> {
+    let volume = volume.filter(|volume| *volume > 0.0)?;
+    Some(area? / volume)
+}
+
+fn mean(values: Vec<f64>) -> Option<f64> {
+    let count = values.len();
+    (count > 0).then(|| values.iter().fold(0.0, |sum, v| sum + v) / count as f64)
+}
+
+fn median(mut values: Vec<f64>) -> Option<f64> {
     values.sort_by(f64::total_cmp);
     let upper = values.get(values.len() / 2).copied()?;
     if values.len() % 2 == 1 {

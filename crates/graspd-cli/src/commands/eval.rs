@@ -7,12 +7,14 @@ use anyhow::{Context, Result};
 use clap::Args;
 use clap::builder::NonEmptyStringValueParser;
 use graspd::{GraspRecord, Summary, rank_by_displacement, read_records, write_records};
-use graspd_eval::{EvaluationSettings, ObjectUnderTest, evaluate};
+use graspd_eval::{EvaluationSettings, Metrics, ObjectUnderTest, SimulationJob, evaluate};
+use graspd_geom::TriangleMesh;
 use graspd_hand::HandPose;
 use rayon::prelude::*;
 use serde::Serialize;
 
 use super::cache::CacheChoice;
+use super::engine::{Engine, OutsideEngine};
 use super::input::{HandLoading, RepairChoice, on_threads};
 use super::output::prepare_file;
 use super::subject::{hand_of, object_of, poses_of};
@@ -35,9 +37,15 @@ pub(crate) struct Arguments {
     hand: Option<String>,
     #[command(flatten)]
     loading: HandLoading,
-    /// Only these metrics, separated by commas: ca, iv, pd (penetration depth), gws (epsilon and volume), sd, sd6
+    /// Only these metrics, separated by commas: ca, iv, pd (penetration depth), gws (epsilon and volume), sd, sd6, shake
     #[arg(long, default_value = "all", value_name = "LIST")]
-    metrics: graspd_eval::Metrics,
+    metrics: Metrics,
+    /// Physics engine of sd, sd6 and shake (docs/engines.md)
+    #[arg(long, value_enum, default_value_t = Engine::default())]
+    engine: Engine,
+    /// The Python interpreter that has the engine's package (by default that of `cargo xtask engines`, or python3)
+    #[arg(long, value_name = "FILE")]
+    python: Option<PathBuf>,
     /// Write the records with their metrics to this file
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
@@ -94,9 +102,23 @@ fn judge(arguments: &Arguments) -> Result<()> {
     if let Some(output) = &arguments.output {
         prepare_file(output, "-o")?;
     }
-    let settings = EvaluationSettings {
+    let outside = arguments.engine.open(arguments.python.as_deref())?;
+    let wanted = EvaluationSettings {
         metrics: arguments.metrics,
         ..EvaluationSettings::default()
+    };
+    let settings = match outside {
+        None => wanted.clone(),
+        // The rest of the metrics are the same whatever the engine.
+        Some(_) => EvaluationSettings {
+            metrics: Metrics {
+                displacement: false,
+                displacement_mean6: false,
+                shake: false,
+                ..arguments.metrics
+            },
+            ..wanted.clone()
+        },
     };
     let cache = arguments.cache.open();
     let object = ObjectUnderTest::new(&source.mesh).with_context(|| source.label())?;
@@ -131,6 +153,11 @@ fn judge(arguments: &Arguments) -> Result<()> {
             Ok(())
         })?;
     progress.finish();
+    if let Some(engine) = &outside {
+        let hands = poses.iter().map(|pose| hand.surface(pose));
+        simulate_outside(engine, &object, &wanted, hands, &mut records)
+            .with_context(|| file.display().to_string())?;
+    }
     CacheChoice::tell_fault(cache.as_ref(), quiet);
     if arguments.metrics.displacement {
         rank_by_displacement(&mut records);
@@ -146,4 +173,27 @@ fn judge(arguments: &Arguments) -> Result<()> {
         });
     }
     print(&grasps_table(&records, &summary))
+}
+
+/// The simulated metrics by an engine outside this program.
+fn simulate_outside(
+    engine: &OutsideEngine,
+    object: &ObjectUnderTest,
+    settings: &EvaluationSettings,
+    hands: impl Iterator<Item = TriangleMesh>,
+    records: &mut [GraspRecord],
+) -> Result<()> {
+    let mut job = SimulationJob::new(object, settings)?;
+    if job.is_empty() {
+        return Ok(());
+    }
+    for (hand, record) in hands.zip(records.iter()) {
+        job.add_hand(&hand, engine.wants_hand_pieces())
+            .with_context(|| format!("grasp {}", record.index))?;
+    }
+    let answer = engine.run(&job)?;
+    for (index, record) in records.iter_mut().enumerate() {
+        job.fill(&answer, index, record.metrics.get_or_insert_default())?;
+    }
+    Ok(())
 }

@@ -1,6 +1,7 @@
 //! One file for each command.
 
 pub(crate) mod cache;
+mod engine;
 pub(crate) mod eval;
 pub(crate) mod gws;
 pub(crate) mod hands;

@@ -117,7 +117,7 @@ fn metrics_not_asked_for_are_null() {
         .contains(&name.as_str());
         assert_eq!(value.is_number(), asked, "{name}: {value}");
     }
-    assert_eq!(metrics.len(), 12);
+    assert_eq!(metrics.len(), 15);
     // No displacement, no new ranks.
     assert_eq!(grasp["rank"], 4);
     assert!(judged["summary"]["all"]["sim_displacement_cm"].is_null());

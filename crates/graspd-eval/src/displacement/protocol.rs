@@ -51,19 +51,6 @@ impl DisplacementSettings {
     /// # Errors
     /// [`EvaluationError::BadSetting`] with the first field that does not.
     pub fn validate(&self) -> Result<(), EvaluationError> {
-        let check = |field, value: f64, is_allowed: bool, allowed| {
-            if is_allowed && value.is_finite() {
-                Ok(())
-            } else {
-                Err(EvaluationError::BadSetting {
-                    field,
-                    value,
-                    allowed,
-                })
-            }
-        };
-        let positive = |field, value: f64| check(field, value, value > 0.0, "positive and finite");
-        let at_least_zero = |field, value: f64| check(field, value, value >= 0.0, "at least 0");
         let fraction = |field, value: f64| {
             check(
                 field,
@@ -72,15 +59,15 @@ impl DisplacementSettings {
                 "between 0 and 1",
             )
         };
-        positive("mass", self.mass)?;
-        positive("time_step", self.time_step)?;
-        positive("solver_iterations", self.solver_iterations as f64)?;
-        positive(
+        check_positive("mass", self.mass)?;
+        check_positive("time_step", self.time_step)?;
+        check_positive("solver_iterations", self.solver_iterations as f64)?;
+        check_positive(
             "gravity_direction (its length)",
             Vector3::from(self.gravity_direction).norm(),
         )?;
-        at_least_zero("gravity", self.gravity)?;
-        at_least_zero("friction", self.friction)?;
+        check_at_least_zero("gravity", self.gravity)?;
+        check_at_least_zero("friction", self.friction)?;
         fraction("hand_restitution", self.hand_restitution)?;
         fraction("object_restitution", self.object_restitution)
     }
@@ -91,6 +78,31 @@ impl DisplacementSettings {
         let time = self.time_step * self.steps as f64;
         0.5 * self.gravity * time * time
     }
+}
+
+fn check(
+    field: &'static str,
+    value: f64,
+    is_allowed: bool,
+    allowed: &'static str,
+) -> Result<(), EvaluationError> {
+    if is_allowed && value.is_finite() {
+        Ok(())
+    } else {
+        Err(EvaluationError::BadSetting {
+            field,
+            value,
+            allowed,
+        })
+    }
+}
+
+pub(super) fn check_positive(field: &'static str, value: f64) -> Result<(), EvaluationError> {
+    check(field, value, value > 0.0, "positive and finite")
+}
+
+pub(super) fn check_at_least_zero(field: &'static str, value: f64) -> Result<(), EvaluationError> {
+    check(field, value, value >= 0.0, "at least 0")
 }
 
 /// How the object moved during one simulation.

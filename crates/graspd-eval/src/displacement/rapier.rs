@@ -19,11 +19,12 @@ use nalgebra::{Matrix3, Point3, Vector3};
 use rapier3d_f64::math::{Matrix, Vector};
 use rapier3d_f64::prelude::{
     CoefficientCombineRule, ColliderBuilder, ConvexPolyhedron, FrictionModel,
-    IntegrationParameters, MassProperties, PhysicsWorld, RigidBodyBuilder, SharedShape, TriMesh,
-    TriMeshFlags,
+    IntegrationParameters, MassProperties, PhysicsWorld, RigidBodyBuilder, RigidBodyHandle,
+    SharedShape, TriMesh, TriMeshFlags,
 };
 use rayon::prelude::*;
 
+use super::climbing::ClimbingPolyhedron;
 use super::decomposition::ObjectPieces;
 use super::protocol::{DisplacementSettings, ObjectMotion, SIX_DIRECTIONS, SixDisplacements};
 use crate::EvaluationError;
@@ -72,7 +73,7 @@ impl DynamicObject {
             let vertices: Vec<_> = piece.vertices.iter().map(|p| Vector::from(*p)).collect();
             let polyhedron = ConvexPolyhedron::from_convex_mesh(vertices.clone(), &piece.faces)
                 .or_else(|| ConvexPolyhedron::from_convex_hull(&vertices))?;
-            Some(SharedShape::new(polyhedron))
+            Some(SharedShape::new(ClimbingPolyhedron::new(polyhedron)))
         });
         Self {
             pieces: pieces.collect(),
@@ -133,59 +134,112 @@ pub fn simulate(
     settings: &DisplacementSettings,
 ) -> Result<ObjectMotion, EvaluationError> {
     settings.validate()?;
-    let mut world = PhysicsWorld::new();
-    let direction = Vector3::from(settings.gravity_direction).normalize();
-    world.gravity = Vector::from(<[f64; 3]>::from(direction * settings.gravity));
-    world.integration_parameters = integration_parameters(settings);
+    let mut fall = Fall::new(object, hand, settings);
+    for _ in 0..settings.steps {
+        fall.step()?;
+    }
+    Ok(fall.motion())
+}
 
-    world.insert(
-        RigidBodyBuilder::fixed(),
-        ColliderBuilder::new(hand.shape.clone())
-            // With the rule `Max` on both sides the pair's friction is this one value.
-            .friction(settings.friction)
-            .friction_combine_rule(CoefficientCombineRule::Max)
-            .restitution(settings.hand_restitution)
-            .restitution_combine_rule(CoefficientCombineRule::Multiply),
-    );
-    let center = object.center_of_mass;
-    let inertia = object.unit_inertia * settings.mass;
-    let body = world.insert_body(
-        RigidBodyBuilder::dynamic()
-            .additional_mass_properties(MassProperties::with_inertia_matrix(
-                Vector::new(center.x, center.y, center.z),
-                settings.mass,
-                Matrix::from_cols_array(&inertia.as_slice().try_into().unwrap_or_default()),
-            ))
-            .can_sleep(false),
-    );
-    for piece in &object.pieces {
-        world.insert_collider(
-            ColliderBuilder::new(piece.clone())
-                .density(0.0)
+/// An object let go beside a fixed hand, under gravity.
+pub(super) struct Fall {
+    world: PhysicsWorld,
+    body: RigidBodyHandle,
+    /// The object's centre of mass at first.
+    center: Point3<f64>,
+    /// Largest distance of a vertex from it \[m\].
+    radius: f64,
+    steps_taken: usize,
+}
+
+impl Fall {
+    /// The scene before its first step; `settings` are valid.
+    pub(super) fn new(
+        object: &DynamicObject,
+        hand: &FixedHand,
+        settings: &DisplacementSettings,
+    ) -> Self {
+        let mut world = PhysicsWorld::new();
+        let direction = Vector3::from(settings.gravity_direction).normalize();
+        world.gravity = Vector::from(<[f64; 3]>::from(direction * settings.gravity));
+        world.integration_parameters = integration_parameters(settings);
+
+        world.insert(
+            RigidBodyBuilder::fixed(),
+            ColliderBuilder::new(hand.shape.clone())
+                // With the rule `Max` on both sides the pair's friction is this one value.
                 .friction(settings.friction)
                 .friction_combine_rule(CoefficientCombineRule::Max)
-                .restitution(settings.object_restitution)
+                .restitution(settings.hand_restitution)
                 .restitution_combine_rule(CoefficientCombineRule::Multiply),
-            Some(body),
         );
-    }
-    for step in 0..settings.steps {
-        let moving = &world.bodies[body];
-        let speed = moving.linvel().length() + moving.angvel().length() * object.radius;
-        let ahead =
-            (PREDICTED_STEPS * speed * settings.time_step).clamp(LEAST_PREDICTION, MOST_PREDICTION);
-        world.integration_parameters.normalized_prediction_distance = ahead / LENGTH_UNIT;
-        world.step();
-        if !world.quarantine().is_empty() || !world.bodies[body].position().is_finite() {
-            return Err(EvaluationError::Diverged { step });
+        let center = object.center_of_mass;
+        let inertia = object.unit_inertia * settings.mass;
+        let body = world.insert_body(
+            RigidBodyBuilder::dynamic()
+                .additional_mass_properties(MassProperties::with_inertia_matrix(
+                    Vector::new(center.x, center.y, center.z),
+                    settings.mass,
+                    Matrix::from_cols_array(&inertia.as_slice().try_into().unwrap_or_default()),
+                ))
+                .can_sleep(false),
+        );
+        for piece in &object.pieces {
+            world.insert_collider(
+                ColliderBuilder::new(piece.clone())
+                    .density(0.0)
+                    .friction(settings.friction)
+                    .friction_combine_rule(CoefficientCombineRule::Max)
+                    .restitution(settings.object_restitution)
+                    .restitution_combine_rule(CoefficientCombineRule::Multiply),
+                Some(body),
+            );
+        }
+        Self {
+            world,
+            body,
+            center,
+            radius: object.radius,
+            steps_taken: 0,
         }
     }
-    let body = &world.bodies[body];
-    let after = body.center_of_mass();
-    Ok(ObjectMotion {
-        displacement: [after.x - center.x, after.y - center.y, after.z - center.z],
-        rotation: body.rotation().to_scaled_axis().length(),
-    })
+
+    /// Advances by one time step.
+    ///
+    /// # Errors
+    /// [`EvaluationError::Diverged`].
+    pub(super) fn step(&mut self) -> Result<(), EvaluationError> {
+        let parameters = &self.world.integration_parameters;
+        let ahead = (PREDICTED_STEPS * self.fastest_speed() * parameters.dt)
+            .clamp(LEAST_PREDICTION, MOST_PREDICTION);
+        self.world
+            .integration_parameters
+            .normalized_prediction_distance = ahead / LENGTH_UNIT;
+        self.world.step();
+        let position = self.world.bodies[self.body].position();
+        if !self.world.quarantine().is_empty() || !position.is_finite() {
+            let step = self.steps_taken;
+            return Err(EvaluationError::Diverged { step });
+        }
+        self.steps_taken += 1;
+        Ok(())
+    }
+
+    /// A bound on the speed of the object's fastest point \[m/s\].
+    pub(super) fn fastest_speed(&self) -> f64 {
+        let body = &self.world.bodies[self.body];
+        body.linvel().length() + body.angvel().length() * self.radius
+    }
+
+    /// How the object has moved so far.
+    pub(super) fn motion(&self) -> ObjectMotion {
+        let body = &self.world.bodies[self.body];
+        let (before, after) = (self.center, body.center_of_mass());
+        ObjectMotion {
+            displacement: [after.x - before.x, after.y - before.y, after.z - before.z],
+            rotation: body.rotation().to_scaled_axis().length(),
+        }
+    }
 }
 
 /// [`simulate`] under gravity along each axis of the object's frame, whatever `settings.gravity_direction` says.

@@ -282,3 +282,83 @@ fn a_scanned_mug_stays_hollow() {
     // JSON keeps 17 digits, but its reader may round the last.
     assert!((read.overfill / pieces.overfill - 1.0).abs() < 1e-14);
 }
+
+fn shaken(parts: &[TriangleMesh], settings: &ShakeSettings) -> [bool; 6] {
+    let hand = FixedHand::new(&together(parts)).unwrap();
+    shake(&box_object(), &hand, settings).unwrap().withstood
+}
+
+/// Plates pressed in by 0.1 mm hold the box whatever friction there is along their normals, and with it along the plates,
+/// too, as long as it carries the weight.
+#[test]
+fn plates_withstand_the_forces_that_their_friction_carries() {
+    let settings = ShakeSettings::default();
+    let plates = [plate(0, 1.0, 0.1e-3), plate(0, -1.0, 0.1e-3)];
+    let all = ShakeOutcome {
+        withstood: shaken(&plates, &settings),
+    };
+    assert!(all.is_success() && all.count() == 6, "{all:?}");
+    let slippery = ShakeSettings {
+        friction: 0.0,
+        ..settings.clone()
+    };
+    let along_x = [true, true, false, false, false, false];
+    assert_eq!(shaken(&plates, &slippery), along_x);
+    // Pushed a hundred times as hard, no friction of so light a squeeze is enough.
+    let hard = ShakeSettings {
+        acceleration: 980.0,
+        ..settings
+    };
+    assert_eq!(shaken(&plates, &hard), along_x);
+}
+
+#[test]
+fn one_plate_withstands_one_force_and_nothing_none() {
+    let settings = ShakeSettings::default();
+    let floor = [plate(2, -1.0, 0.0)];
+    let down_alone = [false, false, false, false, false, true];
+    let slippery = ShakeSettings {
+        friction: 0.0,
+        ..settings.clone()
+    };
+    assert_eq!(shaken(&floor, &slippery), down_alone);
+    let far = [box_mesh([1.0, 0.0, 0.0], [0.1; 3])];
+    assert_eq!(shaken(&far, &settings), [false; 6]);
+}
+
+#[test]
+fn an_object_that_turns_or_slips_far_enough_is_lost() {
+    // A plate below half of the box alone: the box tips over its edge.
+    let half = [box_mesh([0.0, 0.0525, -0.03], [0.15, 0.1, 0.01])];
+    let settings = ShakeSettings::default();
+    assert!(!shaken(&half, &settings)[5]);
+    let patient = ShakeSettings {
+        duration: 0.02,
+        ..settings.clone()
+    };
+    // It has not gone far by then; nor has anything.
+    assert_eq!(shaken(&half, &patient), [true; 6]);
+    // A gap of 2 cm on either side: 2 cm are allowed, 1 cm is not.
+    let cage: Vec<_> = (0..3)
+        .flat_map(|axis| [plate(axis, 1.0, -0.02), plate(axis, -1.0, -0.02)])
+        .collect();
+    assert_eq!(shaken(&cage, &settings), [true; 6]);
+    let strict = ShakeSettings {
+        most_displacement: 0.01,
+        ..settings
+    };
+    assert_eq!(shaken(&cage, &strict), [false; 6]);
+}
+
+#[test]
+fn shakes_with_nonsense_are_refused() {
+    let hand = FixedHand::new(&box_mesh([1.0, 0.0, 0.0], [0.1; 3])).unwrap();
+    for bad in [f64::NAN, 0.0, -1.0, f64::INFINITY] {
+        let settings = ShakeSettings {
+            duration: bad,
+            ..ShakeSettings::default()
+        };
+        let message = shake(&box_object(), &hand, &settings).unwrap_err();
+        assert!(message.to_string().contains("shake.duration"), "{message}");
+    }
+}

@@ -47,6 +47,28 @@ pub struct RepairedMesh {
     pub report: RepairReport,
 }
 
+/// The parts of a mesh that hang together through shared vertices, in order of their first faces.
+///
+/// # Examples
+/// ```
+/// use graspd_geom::{box_mesh, connected_parts};
+/// use nalgebra::{Isometry3, Vector3};
+///
+/// let cube = box_mesh(Vector3::repeat(0.1), 0.1);
+/// let mut two = cube.clone();
+/// two.append(&cube.transformed(&Isometry3::translation(0.05, 0.0, 0.0)));
+/// assert_eq!(connected_parts(&two)[0], cube);
+/// assert_eq!(connected_parts(&two).len(), 2);
+/// ```
+///
+/// # Panics
+/// If a face has an index that no vertex has.
+pub fn connected_parts(mesh: &TriangleMesh) -> Vec<TriangleMesh> {
+    let parts = halfedge::components(&mesh.faces, mesh.vertices.len());
+    let of = |faces: &Vec<u32>| halfedge::part(mesh, faces);
+    parts.iter().map(of).collect()
+}
+
 /// Makes one closed, consistently oriented surface of any triangles: open, doubled, nested, inside out, intersecting,
 /// not manifold, unconnected.
 ///
