@@ -160,6 +160,11 @@ fn each_fault_has_its_message() {
         "`one`",
         "in turn"
     );
+    fault!(
+        ab(r#"<axis xyz="0 0 0"/>"#).replace("bend", "be&#10;nd"),
+        HandError::ZeroAxis { .. },
+        "`be?nd`"
+    );
     let bad_size = ab("").replacen("0.02 0.02 0.02", "0.02 0 0.02", 1);
     fault!(bad_size, HandError::BadSize { .. }, "`a`", "box");
     let mesh = |file: &str| {

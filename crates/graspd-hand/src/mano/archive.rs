@@ -4,6 +4,8 @@ use std::io::{Cursor, Read};
 
 use zip::ZipArchive;
 
+use super::pickle_literals::readable;
+
 /// An archive's entry may not be larger than this many times the archive, nor than [`LARGEST_ENTRY`]: numbers hardly
 /// compress, and what does is made to fill the memory.
 const MOST_EXPANSION: u64 = 64;
@@ -32,7 +34,7 @@ impl<'a> Archive<'a> {
     pub(crate) fn names(&self) -> Vec<String> {
         let names = self.zip.file_names();
         names
-            .filter_map(|name| Some(name.strip_suffix(".npy")?.to_owned()))
+            .filter_map(|name| Some(readable(name.strip_suffix(".npy")?.as_bytes())))
             .collect()
     }
 

@@ -1,5 +1,6 @@
 //! Arrays as NumPy stores them: a type, a shape, an order and bytes.
 
+use super::pickle_literals::readable;
 use crate::HandError;
 
 /// NumPy allows 32 (64 since 2.0); models have 3.
@@ -160,6 +161,7 @@ pub(crate) fn parse_npy(bytes: &[u8]) -> Result<StoredArray<'_>, String> {
         name.starts_with('>'),
     )
     .ok_or_else(|| {
+        let name = readable(name.as_bytes());
         format!("has the type `{name:.20}`, where real numbers or integers are expected")
     })?;
     let is_fortran = after("'fortran_order'")

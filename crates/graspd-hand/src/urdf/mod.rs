@@ -115,8 +115,9 @@ fn hand_from_text(
         return Err(HandError::Empty);
     }
     let prepared = xml::prepared(text, path)?;
-    let robot = urdf_rs::read_from_string(&prepared)
+    let mut robot = urdf_rs::read_from_string(&prepared)
         .map_err(|error| HandError::NotUrdf(one_line(&error.to_string())))?;
+    name_in_one_line(&mut robot);
     let links: Vec<String> = robot.links.iter().map(|link| link.name.clone()).collect();
     let joints = robot.joints.iter().map(joint);
     let mut tree = KinematicTree::new(&links, &joints.collect::<Result<Vec<_>, _>>()?)?;
@@ -210,6 +211,34 @@ fn placement(pose: &urdf_rs::Pose) -> Rigid<f64> {
     Rigid {
         rotation: Quaternion::from(rotation).to_matrix(),
         translation: pose.xyz.0.into(),
+    }
+}
+
+/// Character references such as `&#10;` can put line breaks into names, which would break the lines of messages.
+fn name_in_one_line(robot: &mut urdf_rs::Robot) {
+    let mend = |name: &mut String| {
+        if name.contains(char::is_control) {
+            *name = name.replace(char::is_control, "?");
+        }
+    };
+    mend(&mut robot.name);
+    for joint in &mut robot.joints {
+        mend(&mut joint.name);
+        mend(&mut joint.parent.link);
+        mend(&mut joint.child.link);
+        if let Some(mimic) = &mut joint.mimic {
+            mend(&mut mimic.joint);
+        }
+    }
+    for link in &mut robot.links {
+        mend(&mut link.name);
+        let seen = link.visual.iter_mut().map(|visual| &mut visual.geometry);
+        let felt = link.collision.iter_mut().map(|part| &mut part.geometry);
+        for geometry in seen.chain(felt) {
+            if let urdf_rs::Geometry::Mesh { filename, .. } = geometry {
+                mend(filename);
+            }
+        }
     }
 }
 

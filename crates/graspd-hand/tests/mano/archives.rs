@@ -135,6 +135,10 @@ fn faults() {
         &["`f` has the type `|O`"],
     );
     refused(
+        &with("f", npy("'<\ni4'", "False", &[4, 3], b"")),
+        &["`f` has the type"],
+    );
+    refused(
         &with("f", npy("[('a', '<f8')]", "False", &[4, 3], b"")),
         &["records or objects"],
     );
