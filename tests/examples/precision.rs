@@ -16,7 +16,8 @@ const RESOLUTION: usize = 128;
 
 fn main() -> Result<(), Box<dyn Error>> {
     let mut arguments = std::env::args().skip(1);
-    let hand = builtin_hand(arguments.next().as_deref().unwrap_or("allegro"))?;
+    let hand =
+        builtin_hand(arguments.next().as_deref().unwrap_or("allegro")).ok_or("no such hand")?;
     let object = arguments.next().unwrap_or_else(|| "mug".into());
     let starts = arguments.next().map_or(Ok(5), |count| count.parse())?;
 
