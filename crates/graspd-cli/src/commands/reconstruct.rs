@@ -33,9 +33,6 @@ pub(crate) struct Arguments {
     /// Matrix of a YCB calibration that depth pixels are turned into rays with
     #[arg(long, default_value = "ir", value_parser = PossibleValuesParser::new(["ir", "depth"]))]
     intrinsics: String,
-    /// Move each view onto the others first, where poses are not exact
-    #[arg(long)]
-    refine: bool,
     /// Cut the surface away where no point is within so many cells (or 5 mm), and patch the hole; inf: leave it to Poisson
     #[arg(long, default_value_t = ReconstructionSettings::default().trim, allow_negative_numbers = true)]
     trim: f64,
@@ -86,11 +83,7 @@ fn build(arguments: &Arguments) -> Result<()> {
             ),
         );
     }
-    let fusion = FusionSettings {
-        refine: arguments.refine,
-        ..FusionSettings::default()
-    };
-    let fused = fuse(&capture, &fusion).with_context(|| label.clone())?;
+    let fused = fuse(&capture, &FusionSettings::default()).with_context(|| label.clone())?;
     let settings = ReconstructionSettings {
         poisson,
         trim: arguments.trim,
@@ -115,7 +108,6 @@ fn build(arguments: &Arguments) -> Result<()> {
                 serde_json::json!({
                     "name": view.name,
                     "points": view.points,
-                    "moved_mm": 1000.0 * view.moved,
                 })
             })
             .collect();

@@ -1,18 +1,10 @@
 //! Many views into one cloud with outward normals.
 
-use nalgebra::{Isometry3, Point3};
+use nalgebra::Point3;
 
-use super::registration::registered;
 use super::tabletop::{dominant_plane, standing_on};
 use super::{DepthView, RgbdCapture};
 use crate::{GeometryError, KdTree, PointCloud};
-
-/// Partners in a registration of views are no farther apart \[m\].
-const FARTHEST_PARTNER: f64 = 0.01;
-/// Rounds in which every view is moved onto the others.
-const ROUNDS: usize = 2;
-/// Most points of a view that take part in its registration.
-const REGISTERED_POINTS: usize = 4_000;
 
 /// How views become a cloud.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -27,8 +19,6 @@ pub struct FusionSettings {
     pub neighbours: usize,
     /// Points whose mean distance to 16 neighbours is so many standard deviations above the mean are left out.
     pub outlier_deviations: f64,
-    /// Whether views are first moved onto each other, where poses are not exact.
-    pub refine: bool,
 }
 
 impl Default for FusionSettings {
@@ -39,7 +29,6 @@ impl Default for FusionSettings {
             cell: 0.0015,
             neighbours: 24,
             outlier_deviations: 2.0,
-            refine: false,
         }
     }
 }
@@ -73,8 +62,6 @@ pub struct FusedView {
     pub name: String,
     /// How many points of the object it gave.
     pub points: usize,
-    /// How far refinement moved its points, at most \[m\].
-    pub moved: f64,
 }
 
 /// The points of all views.
@@ -100,20 +87,19 @@ pub fn fuse(capture: &RgbdCapture, settings: &FusionSettings) -> Result<FusedClo
     let mut clouds: Vec<PointCloud> = (capture.views.iter())
         .map(|view| seen_by(view, settings))
         .collect();
+    let everything = joined(&clouds);
     keep_object(capture, &mut clouds);
-    let moved = if settings.refine {
-        refine(&mut clouds, settings)?
-    } else {
-        vec![0.0; clouds.len()]
-    };
-    let views = (capture.views.iter().zip(&clouds).zip(moved))
-        .map(|((view, cloud), moved)| FusedView {
+    let views = (capture.views.iter().zip(&clouds))
+        .map(|(view, cloud)| FusedView {
             name: view.name.clone(),
             points: cloud.points.len(),
-            moved,
         })
         .collect();
     let all = joined(&clouds);
+    if all.require_points().is_err() {
+        // A wrong unit shows better in all that was seen than in the little that then stands on a table.
+        everything.require_points()?;
+    }
     all.require_points()?;
     let raw_points = all.points.len();
     let thinned = all.thinned(settings.cell)?;
@@ -179,52 +165,6 @@ fn joined(clouds: &[PointCloud]) -> PointCloud {
             .flat_map(|c| c.normals.iter().copied())
             .collect(),
     }
-}
-
-/// Moves each view in turn onto the others; gives how far points moved at most.
-fn refine(clouds: &mut [PointCloud], settings: &FusionSettings) -> Result<Vec<f64>, GeometryError> {
-    let mut motions = vec![Isometry3::identity(); clouds.len()];
-    // With one view there is nothing to move onto; the first one stays.
-    for _ in 0..ROUNDS {
-        for i in 1..clouds.len() {
-            let others: Vec<PointCloud> = (0..clouds.len())
-                .filter(|&j| j != i)
-                .map(|j| clouds[j].clone())
-                .collect();
-            let mut target = joined(&others).thinned(settings.cell)?;
-            if target.require_points().is_err() || clouds[i].points.len() < 100 {
-                continue;
-            }
-            target.estimate_normals_towards(settings.neighbours)?;
-            let tree = KdTree::new(&target.points);
-            let stride = clouds[i].points.len().div_ceil(REGISTERED_POINTS);
-            let points: Vec<Point3<f64>> =
-                clouds[i].points.iter().step_by(stride).copied().collect();
-            let nearest = |p: &Point3<f64>| {
-                let mut found = Vec::new();
-                tree.nearest(p, 1, &mut found);
-                let (squared, number) = *found.first()?;
-                let is_near = squared <= FARTHEST_PARTNER * FARTHEST_PARTNER;
-                let number = number as usize;
-                is_near.then(|| (target.points[number], target.normals[number]))
-            };
-            if let Some(found) = registered(&points, &Isometry3::identity(), &nearest) {
-                motions[i] = found.motion * motions[i];
-                for p in &mut clouds[i].points {
-                    *p = found.motion * *p;
-                }
-                for direction in &mut clouds[i].normals {
-                    *direction = found.motion * *direction;
-                }
-            }
-        }
-    }
-    let farthest = |(cloud, motion): (&PointCloud, &Isometry3<f64>)| {
-        let back = motion.inverse();
-        let distances = cloud.points.iter().map(|p| (back * p - p).norm());
-        distances.fold(0.0, f64::max)
-    };
-    Ok(clouds.iter().zip(&motions).map(farthest).collect())
 }
 
 impl PointCloud {

@@ -9,7 +9,7 @@ use rayon::prelude::*;
 use super::registration::{Registration, registered};
 use crate::{
     GeometryError, KdTree, PointCloud, PoissonSettings, RepairReport, RepairSettings,
-    SignedDistance, TriangleMesh, poisson_surface, repair,
+    SignedDistance, TriangleMesh, connected_parts, poisson_surface, repair,
 };
 
 /// Turns about the vertical that an alignment starts from.
@@ -96,7 +96,8 @@ pub fn reconstruct(
     })
 }
 
-/// The faces of a mesh with a corner within `reach` of a point, and their vertices.
+/// The largest connected part of the faces of a mesh with a corner within `reach` of a point, and their vertices: an object
+/// is in one piece.
 fn near(mesh: &TriangleMesh, cloud: &PointCloud, reach: f64) -> TriangleMesh {
     let tree = KdTree::new(&cloud.points);
     let is_near: Vec<bool> = (mesh.vertices.par_iter())
@@ -117,7 +118,10 @@ fn near(mesh: &TriangleMesh, cloud: &PointCloud, reach: f64) -> TriangleMesh {
             }));
         }
     }
-    kept
+    let larger = |a: &TriangleMesh, b: &TriangleMesh| a.area().total_cmp(&b.area());
+    (connected_parts(&kept).into_iter())
+        .max_by(larger)
+        .unwrap_or_default()
 }
 
 /// Finds how a cloud lies on a mesh of the same object, both standing upright (`up` in the cloud's frame, z in the mesh's): from

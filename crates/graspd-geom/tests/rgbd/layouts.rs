@@ -13,6 +13,9 @@ use tempfile::{TempDir, tempdir};
 /// Depths are rounded to 0.1 mm, half of it up or down, and rays are not perpendicular to what they meet.
 const ROUNDING: f64 = 0.0002;
 
+/// Side of a mask's pixel on the table: about 0.7 m away, at a focal length of 1081 pixels, seen aslant.
+const MASK_PIXEL: f64 = 0.001;
+
 pub(crate) fn scanned(mesh: &TriangleMesh, views: usize, noise: f64) -> TempDir {
     let folder = tempdir().unwrap();
     let settings = ScanSettings {
@@ -96,7 +99,13 @@ fn points_of_a_rendered_capture_lie_on_the_mesh() {
         for p in &points {
             // The mask keeps the table out, every transformation and both lenses are undone.
             let d = distance.signed_distance(&(motion * p));
-            assert!(d.abs() < ROUNDING, "{}: {d}", view.name);
+            // Of the table, only what shares a pixel of the mask with the object's foot.
+            let beside_the_foot = p.z.abs() < ROUNDING && d < MASK_PIXEL;
+            assert!(
+                d.abs() < ROUNDING || beside_the_foot,
+                "{}: {d} at {p}",
+                view.name
+            );
         }
     }
     // The table is in the images, but not in the masks.
@@ -205,29 +214,4 @@ fn the_simple_layout_gives_what_stands_on_the_table() {
             assert!(normal.angle(&away) < 0.2, "{normal} {away}");
         }
     }
-}
-
-#[test]
-fn refinement_moves_a_view_back_to_the_others() {
-    let drill = builtin_object("drill").unwrap();
-    let folder = scanned(&drill, 6, 0.0);
-    let mut capture = read_capture(folder.path(), None, DepthIntrinsics::default()).unwrap();
-    let shift = Isometry3::new(Vector3::new(0.002, -0.001, 0.0015), Vector3::z() * 0.01);
-    capture.views[3].world_from_camera = shift * capture.views[3].world_from_camera;
-    let distance = SignedDistance::new(&drill).unwrap();
-    let motion = capture.object_from_world.unwrap();
-    let error = |refine| {
-        let settings = FusionSettings {
-            refine,
-            ..FusionSettings::default()
-        };
-        let fused = fuse(&capture, &settings).unwrap();
-        let points = &fused.cloud.points;
-        let squares = points
-            .iter()
-            .map(|p| distance.signed_distance(&(motion * p)).powi(2));
-        (squares.sum::<f64>() / points.len() as f64).sqrt()
-    };
-    let (before, after) = (error(false), error(true));
-    assert!(after < 0.5 * before, "{before} {after}");
 }
