@@ -110,7 +110,11 @@ impl PinholeCamera {
                 "a centre in or near the image",
             );
         }
-        if let Some(k) = self.distortion.iter().find(|k| !(k.abs() < 1e3)) {
+        if let Some(k) = self
+            .distortion
+            .iter()
+            .find(|k| k.is_nan() || k.abs() >= 1e3)
+        {
             return fail(
                 format!("it has the distortion {k}"),
                 "k1, k2, p1, p2, k3, each below 1000",
@@ -128,7 +132,7 @@ impl PinholeCamera {
     /// The pixel, as (column, row) with fractions, at which a point of the camera's frame is seen, in or beyond the
     /// image; `None` for a point that is not in front of the camera.
     pub fn project(&self, p: &Point3<f64>) -> Option<[f64; 2]> {
-        if !(p.z > 0.0) {
+        if p.z.is_nan() || p.z <= 0.0 {
             return None;
         }
         let (bent, _) = self.bend(&Vector2::new(p.x / p.z, p.y / p.z));

@@ -171,7 +171,8 @@ pub(super) fn rigid(matrix: &Matrix4<f64>) -> Result<Isometry3<f64>, String> {
     if !(error < RIGID_TOLERANCE && last.amax() < RIGID_TOLERANCE && turn.determinant() > 0.0) {
         return Err("is not a rigid motion (a rotation and a translation)".into());
     }
-    if !(shift.amax() < FARTHEST) {
+    // `amax` passes over NaN.
+    if shift.iter().any(|x| x.is_nan() || x.abs() >= FARTHEST) {
         return Err(format!(
             "moves by {:.3} m, which must be millimetres",
             shift.norm()

@@ -68,8 +68,7 @@ pub fn reconstruct(
     name: &str,
 ) -> Result<Reconstruction, GeometryError> {
     for (name, value) in [("trim", settings.trim), ("gap", settings.gap)] {
-        // Also where it is NaN.
-        if !(value >= 0.0) {
+        if value.is_nan() || value < 0.0 {
             return Err(GeometryError::Setting {
                 name,
                 value,
@@ -165,7 +164,7 @@ pub fn align_to_mesh(
             mesh_high.z - high.z,
         );
         let motion = Isometry3::from_parts(shift.into(), turn * upright);
-        if let Some(found) = registered(&points, &motion, &nearest)
+        if let Some(found) = registered(&points, &motion, nearest)
             && best.is_none_or(|best| found.rms < best.rms)
         {
             best = Some(found);

@@ -31,7 +31,7 @@ pub struct Registration {
 pub(super) fn registered(
     points: &[Point3<f64>],
     start: &Isometry3<f64>,
-    nearest: &(dyn Fn(&Point3<f64>) -> Option<(Point3<f64>, Vector3<f64>)> + Sync),
+    nearest: impl Fn(&Point3<f64>) -> Option<(Point3<f64>, Vector3<f64>)> + Sync,
 ) -> Option<Registration> {
     let mut motion = *start;
     for step in 0.. {

@@ -63,8 +63,7 @@ pub fn read_simple_capture(folder: &Path) -> Result<RgbdCapture, GeometryError> 
         let plane = file.numbers("table_plane_cam", 4)?;
         let normal = Vector3::new(plane[0], plane[1], plane[2]);
         let length = normal.norm();
-        // Also where it is NaN.
-        if !(length > 0.0) {
+        if length.is_nan() || length <= 0.0 {
             return Err(file.fault("`table_plane_cam` has no normal".into()));
         }
         let plane = Plane {

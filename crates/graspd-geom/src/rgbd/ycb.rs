@@ -63,7 +63,7 @@ impl TurntableViews {
     /// `None` unless `count` is a multiple of 3 from 3 to 360.
     pub fn spread(count: usize) -> Option<Self> {
         let angles = count / 3;
-        if count % 3 != 0 || !(1..=120).contains(&angles) {
+        if !count.is_multiple_of(3) || !(1..=120).contains(&angles) {
             return None;
         }
         Some(Self {

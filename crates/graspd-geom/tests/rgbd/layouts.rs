@@ -7,7 +7,7 @@ use graspd_geom::{
     TriangleMesh, TurntableViews, builtin_object, fuse, read_capture, read_simple_capture,
     read_ycb_capture, scan_on_turntable,
 };
-use nalgebra::{Isometry3, Point3, Vector3};
+use nalgebra::{Point3, Vector3};
 use tempfile::{TempDir, tempdir};
 
 /// Depths are rounded to 0.1 mm, half of it up or down, and rays are not perpendicular to what they meet.
