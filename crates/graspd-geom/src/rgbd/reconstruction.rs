@@ -90,13 +90,13 @@ pub fn reconstruct(
     let repaired = repair(&seen, &RepairSettings::default(), name)?;
     Ok(Reconstruction {
         trimmed: 1.0 - seen.area() / surface.mesh.area(),
-        mesh: repaired.mesh,
+        // Parts that met in a vertex are apart when they are closed.
+        mesh: largest_part(&repaired.mesh),
         repair: repaired.report,
     })
 }
 
-/// The largest connected part of the faces of a mesh with a corner within `reach` of a point, and their vertices: an object
-/// is in one piece.
+/// The largest connected part of the faces of a mesh with a corner within `reach` of a point, and their vertices.
 fn near(mesh: &TriangleMesh, cloud: &PointCloud, reach: f64) -> TriangleMesh {
     let tree = KdTree::new(&cloud.points);
     let is_near: Vec<bool> = (mesh.vertices.par_iter())
@@ -117,9 +117,13 @@ fn near(mesh: &TriangleMesh, cloud: &PointCloud, reach: f64) -> TriangleMesh {
             }));
         }
     }
-    let larger = |a: &TriangleMesh, b: &TriangleMesh| a.area().total_cmp(&b.area());
-    (connected_parts(&kept).into_iter())
-        .max_by(larger)
+    largest_part(&kept)
+}
+
+/// The connected part of the greatest area: an object is in one piece.
+fn largest_part(mesh: &TriangleMesh) -> TriangleMesh {
+    (connected_parts(mesh).into_iter())
+        .max_by(|a, b| a.area().total_cmp(&b.area()))
         .unwrap_or_default()
 }
 
