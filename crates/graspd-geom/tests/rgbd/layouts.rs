@@ -13,8 +13,9 @@ use tempfile::{TempDir, tempdir};
 /// Depths are rounded to 0.1 mm, half of it up or down, and rays are not perpendicular to what they meet.
 const ROUNDING: f64 = 0.0002;
 
-/// Side of a mask's pixel on the table: about 0.7 m away, at a focal length of 1081 pixels, seen aslant.
-const MASK_PIXEL: f64 = 0.001;
+/// Side of a mask's pixel on the table: 0.65 mm (about 0.7 m away, at a focal length of 1081 pixels), and several times that
+/// along the view of the lowest camera, which sees the table aslant.
+const MASK_PIXEL: f64 = 0.003;
 
 pub(crate) fn scanned(mesh: &TriangleMesh, views: usize, noise: f64) -> TempDir {
     let folder = tempdir().unwrap();
