@@ -271,7 +271,7 @@ fn whole_synthesis(criterion: &mut Criterion) {
     let lanes = fast_backend();
     for subject in SUBJECTS {
         let mut setting = Setting::of(subject);
-        for settings in [SynthesisSettings::paper(), SynthesisSettings::default()] {
+        for settings in [SynthesisSettings::paper(), SynthesisSettings::soft()] {
             let hand = &*setting.hand;
             let start = draw_start(&setting.object, hand, &settings, 0, 0);
             setting.pose = start.expect("it has a surface");

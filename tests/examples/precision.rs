@@ -21,7 +21,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let object = arguments.next().unwrap_or_else(|| "mug".into());
     let starts = arguments.next().map_or(Ok(5), |count| count.parse())?;
 
-    let settings = SynthesisSettings::default();
+    let settings = SynthesisSettings::soft();
     let source = NamedMesh::load(&object, 1.0)?;
     let object = GraspObject::prepare(source, RESOLUTION, settings.density, &|_| {})?;
     let judge = ObjectUnderTest::new(&object.source.mesh)?;
