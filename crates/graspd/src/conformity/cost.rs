@@ -126,12 +126,8 @@ mod tests {
             let best = COST.value(-COST.depth, facing).min(COST.value(0.0, facing));
             prop_assert!(facing < 0.5 || best <= cost);
             prop_assert!(COST.slope_and_weight(distance, facing).1 >= 0.0);
-<<<<<<< HEAD
-            if facing >= 0.5 && (-COST.most_depth..=-COST.depth).contains(&distance) {
-=======
             let is_right = (-COST.most_depth..=-COST.depth).contains(&distance);
             if facing >= 0.5 && is_right {
->>>>>>> h7
                 prop_assert_eq!((cost, slope(distance, facing)), (best, 0.0));
             }
             if facing == 0.0 {
