@@ -64,11 +64,13 @@ impl SkinCost {
             let sum = squared + miss * miss;
             let weight = 2.0 * facing * squared / (sum * sum);
             let over = (-distance - self.allowed_depth(facing)).max(0.0);
-            if over > 0.0 {
-                let deep = 2.0 * self.deep_factor;
-                return (-deep * over, weight + deep);
-            }
-            return (weight * miss, weight);
+            // Skin that hardly faces the object is too deep before it is as deep as it would touch best.
+            let deep = if over > 0.0 {
+                2.0 * self.deep_factor
+            } else {
+                0.0
+            };
+            return (weight * miss - deep * over, weight + deep);
         }
         (0.0, 0.0)
     }

@@ -158,6 +158,7 @@ fn records_hold_the_whole_format_with_null_for_what_is_absent() {
     );
     let absent = [
         "object_path",
+        "object_repair",
         "seed",
         "joints_rad",
         "mano",
