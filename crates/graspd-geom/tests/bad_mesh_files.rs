@@ -282,9 +282,9 @@ fn faults_are_named() {
             "elements",
         ),
         (
-            "glb",
+            "fbx",
             b"glTF".to_vec(),
-            ".glb is not a supported mesh format; convert it to one of .obj",
+            ".fbx is not a supported mesh format; convert it to one of .obj",
         ),
     ];
     for (extension, bytes, expected) in cases {

@@ -53,6 +53,7 @@ fn complete_record() -> GraspRecord {
     let joints = named_joints(&names(2), &[0.1, -0.2]);
     GraspRecord {
         object_path: Some("some folder/mug.obj".into()),
+        object_repair: Some("mended".into()),
         seed: Some(u64::MAX),
         joints_rad: Some(joints.clone()),
         mano: Some(json!({"pca": [0.5], "shape": []})),

@@ -194,8 +194,7 @@ fn poses_stay_poses() {
     const ROUNDING: f64 = 1e-14;
     let clamped = SynthesisSettings {
         clamp_joints: true,
-        articulation_rate: 3e-2,
-        ..SynthesisSettings::paper().with_steps(400)
+        ..SynthesisSettings::soft().with_steps(400)
     };
     let unclamped = SynthesisSettings {
         clamp_joints: false,
