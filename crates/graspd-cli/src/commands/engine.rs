@@ -11,7 +11,7 @@ use tempfile::TempDir;
 
 /// The script, which is part of this program so that it is at hand wherever the program is.
 const SCRIPT: &str = include_str!("../../../../tools/simulate_displacement.py");
-/// Where `cargo xtask engines` puts Python, seen from the project's root.
+/// A virtual environment for the engines, seen from the project's root.
 const ENVIRONMENT: &str = "target/engines/bin/python";
 
 /// Which engine simulates.
@@ -69,7 +69,7 @@ impl Engine {
         if !output.status.success() {
             let python = python.display();
             bail!(
-                "{python}: cannot import {name} ({}); run `cargo xtask engines`, or `{python} -m pip install numpy {name}`, or name another interpreter with --python",
+                "{python}: cannot import {name} ({}); run `{python} -m pip install numpy {name}`, or name another interpreter with --python",
                 last_line(&output)
             );
         }
@@ -111,7 +111,7 @@ impl OutsideEngine {
         let output = command.stdin(Stdio::null()).output();
         output.map_err(|error| {
             anyhow!(
-                "{}: cannot be started: {error}; name a Python interpreter that has {} with --python, or run `cargo xtask engines`",
+                "{}: cannot be started: {error}; name a Python interpreter that has {} with --python",
                 self.python.display(),
                 self.name
             )

@@ -43,7 +43,7 @@ pub(crate) struct Arguments {
     /// Physics engine of sd, sd6 and shake (docs/engines.md)
     #[arg(long, value_enum, default_value_t = Engine::default())]
     engine: Engine,
-    /// The Python interpreter that has the engine's package (by default that of `cargo xtask engines`, or python3)
+    /// The Python interpreter that has the engine's package (by default that in target/engines, or python3)
     #[arg(long, value_name = "FILE")]
     python: Option<PathBuf>,
     /// Write the records with their metrics to this file
