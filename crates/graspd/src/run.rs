@@ -9,6 +9,7 @@ use graspd_sim::Scene;
 use rayon::prelude::*;
 
 use crate::GraspError;
+use crate::annealing::anneal;
 use crate::conformity::HandFitter;
 use crate::execution::{ExecutionSettings, plan_pre_grasp, plan_squeeze};
 use crate::object::GraspObject;
@@ -111,16 +112,17 @@ pub fn draw_start(
         SurfaceSampler::new(&object.source.mesh).ok_or_else(|| GeometryError::NoVolume {
             name: object.source.label(),
         })?;
+    let standoff = settings.real_length(settings.standoff);
     let mut rng = start_rng(seed, &object.source.name, hand.name(), index);
     let simulation = settings.simulation();
     let mut scene = Scene::<f64>::new(hand, &object.simulated, &simulation);
-    let mut pose = initial_pose(hand, &surface, settings.standoff, &mut rng);
+    let mut pose = initial_pose(hand, &surface, standoff, &mut rng);
     for _ in 0..MOST_REDRAWS {
         scene.place(&pose);
         if scene.closest_distance() > 0.0 {
             break;
         }
-        pose = initial_pose(hand, &surface, settings.standoff, &mut rng);
+        pose = initial_pose(hand, &surface, standoff, &mut rng);
     }
     Ok(pose)
 }
@@ -222,29 +224,52 @@ fn one_grasp(
             });
         }
     };
-    let mut synthesis = synthesize::<f32>(hand, &object.simulated, start, settings, &mut observe)?;
-    if !is_finite(&synthesis) {
-        return Err(GraspError::Diverged { index });
-    }
-    if let Some(fitter) = fitter {
-        synthesis.pose = fitter.fine(object.simulated.sdf(), &synthesis.pose).pose;
-    }
+    let (pose, synthesis) = match &settings.annealing {
+        Some(annealing) => {
+            let name = format!("{}, annealing", hand.name());
+            let mut rng = start_rng(run.seed, &object.source.name, &name, index);
+            let mut observe = |step: usize| observer.step(index, step);
+            let steps = settings.steps;
+            let pose = anneal(
+                hand,
+                object,
+                &start,
+                annealing,
+                steps,
+                &mut rng,
+                &mut observe,
+            )?;
+            (pose, None)
+        }
+        None => {
+            let made = synthesize::<f32>(hand, &object.simulated, start, settings, &mut observe)?;
+            if !is_finite(&made) {
+                return Err(GraspError::Diverged { index });
+            }
+            let pose = match fitter {
+                Some(fitter) => fitter.fine(object.simulated.sdf(), &made.pose).pose,
+                None => made.pose.clone(),
+            };
+            (pose, Some(made))
+        }
+    };
     let synthesis_seconds = started.elapsed().as_secs_f64();
 
     let started = Instant::now();
-    let metrics = evaluate(judged, &hand.surface(&synthesis.pose), &run.evaluation)?;
+    let metrics = evaluate(judged, &hand.surface(&pose), &run.evaluation)?;
     let seconds = Seconds {
         synthesis: synthesis_seconds,
         evaluation: started.elapsed().as_secs_f64(),
     };
-    let mut record = record_of(object, hand, settings, &run.execution, &synthesis, index);
+    let mut record = record_of(object, hand, &pose, &run.execution, index);
+    record.optimizer = synthesis.map(|synthesis| optimizer_record(settings, &synthesis));
     record.seed = Some(run.seed);
     record.metrics = Some(metrics);
     record.seconds = Some(seconds);
     observer.finished(&record);
     Ok(Grasp {
         record,
-        pose: synthesis.pose,
+        pose,
         trajectory,
     })
 }
@@ -261,16 +286,28 @@ fn is_finite(synthesis: &Synthesis) -> bool {
         .all(|number| number.is_finite())
 }
 
+fn optimizer_record(settings: &SynthesisSettings, synthesis: &Synthesis) -> OptimizerRecord {
+    let losses = &synthesis.losses;
+    OptimizerRecord {
+        preset: settings.preset.clone(),
+        steps: synthesis.steps,
+        l_phys: losses.physics,
+        l_task: losses.task,
+        l_range: losses.range,
+        l_limit: losses.limit,
+        l_inter: losses.intersection,
+        task_satisfied: synthesis.task_satisfied,
+    }
+}
+
 fn record_of(
     object: &GraspObject,
     hand: &dyn Hand,
-    settings: &SynthesisSettings,
+    pose: &HandPose,
     execution: &ExecutionSettings,
-    synthesis: &Synthesis,
     index: usize,
 ) -> GraspRecord {
     let names = hand.articulation_names();
-    let (pose, losses) = (&synthesis.pose, &synthesis.losses);
     let before = plan_pre_grasp(hand, object, pose, execution);
     let after = plan_squeeze(hand, object, pose, execution);
     GraspRecord {
@@ -300,16 +337,7 @@ fn record_of(
             force_n: Some(execution.squeeze_force),
         }),
         metrics: None,
-        optimizer: Some(OptimizerRecord {
-            preset: settings.preset.clone(),
-            steps: synthesis.steps,
-            l_phys: losses.physics,
-            l_task: losses.task,
-            l_range: losses.range,
-            l_limit: losses.limit,
-            l_inter: losses.intersection,
-            task_satisfied: synthesis.task_satisfied,
-        }),
+        optimizer: None,
         rank: None,
         seconds: None,
     }
