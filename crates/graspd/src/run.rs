@@ -181,7 +181,7 @@ fn best_fitted_start(
         let number = index.saturating_mul(fitter.candidates()) + candidate;
         let start = draw_start(object, hand, settings, seed, number)?;
         let fitted = fitter.coarse(sdf, &start);
-        let rating = fitted.rating();
+        let rating = fitter.rating(&fitted);
         if best.as_ref().is_none_or(|(least, _)| rating < *least) {
             best = Some((rating, fitted.pose));
         }
@@ -227,7 +227,11 @@ fn one_grasp(
         return Err(GraspError::Diverged { index });
     }
     if let Some(fitter) = fitter {
-        synthesis.pose = fitter.fine(object.simulated.sdf(), &synthesis.pose).pose;
+        let sdf = object.simulated.sdf();
+        let fitted = fitter.fine(sdf, &synthesis.pose);
+        let projected = fitter.project(sdf, &object.distance, &fitted.pose);
+        if std::env::var("XP_FIT").is_ok() { eprintln!("#{index} imbalance {:.3} deepest {:.2} area {:.1} cost {:.0} rating {:.0}", projected.imbalance, projected.deepest*1e3, projected.contact_area*1e4, projected.cost, fitter.rating(&projected)); }
+        synthesis.pose = projected.pose;
     }
     let synthesis_seconds = started.elapsed().as_secs_f64();
 
