@@ -15,6 +15,8 @@ use crate::GraspError;
 const NEAR: f64 = 2e-3;
 /// The projection takes distances below this from the mesh \[m\].
 const EXACT: f64 = 3e-4;
+/// Depths up to this many times those asked for will do.
+const EXCESS: f64 = 1.1;
 /// No step moves the base farther \[m\].
 const MOST_TRANSLATION: f64 = 0.01;
 /// No step turns the base farther \[rad\].
@@ -94,6 +96,16 @@ impl<'a> HandFitter<'a> {
     /// How many starts are to be tried for each grasp.
     pub fn candidates(&self) -> usize {
         self.settings.candidates
+    }
+
+    /// How many of them are tried at most until one ends shallow enough.
+    pub fn finalists(&self) -> usize {
+        self.settings.finalists
+    }
+
+    /// Whether no sampled skin is much deeper than the projection is to leave it.
+    pub fn is_shallow(&self, fitted: &FittedHand) -> bool {
+        fitted.deepest <= EXCESS * self.settings.deepest_of(self.is_rigid())
     }
 
     /// Brings the hand to the object from a start some way off, with few points of its skin.

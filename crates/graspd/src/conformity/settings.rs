@@ -11,6 +11,8 @@ use crate::GraspError;
 pub struct ConformitySettings {
     /// Starts that are tried for each grasp; the one that a coarse fit makes touch most is kept.
     pub candidates: usize,
+    /// How many of these, from the best on, are taken to the end at most: as long as none is shallow enough.
+    pub finalists: usize,
     /// By how much a coarse fit that presses on one side only counts less than one that presses evenly from all sides,
     /// when the best is chosen: 0 to 1.
     pub imbalance_discount: f64,
@@ -62,6 +64,7 @@ impl Default for ConformitySettings {
     fn default() -> Self {
         Self {
             candidates: 8,
+            finalists: 3,
             imbalance_discount: 0.6,
             coarse_samples: 800,
             fine_samples: 5000,
@@ -105,13 +108,12 @@ impl ConformitySettings {
                 wanted,
             })
         };
-        let candidates = self.candidates as f64;
-        check(
-            "conformity.candidates",
-            candidates,
-            candidates >= 1.0,
-            "at least 1",
-        )?;
+        for (field, count) in [
+            ("conformity.candidates", self.candidates),
+            ("conformity.finalists", self.finalists),
+        ] {
+            check(field, count as f64, count >= 1, "at least 1")?;
+        }
         let [coarse_core, fine_core] = self.core_samples;
         for (field, samples) in [
             ("conformity.coarse_samples", self.coarse_samples),
