@@ -95,7 +95,11 @@ impl Job<'_> {
     pub(crate) fn fit_and_simulate(&self, fitter: &HandFitter<'_>) -> Result<Attempt, GraspError> {
         let sdf = self.object.simulated.sdf();
         let mut best: Option<(f64, Attempt)> = None;
-        for candidate in self.candidates(fitter)?.into_iter().take(fitter.finalists()) {
+        for candidate in self
+            .candidates(fitter)?
+            .into_iter()
+            .take(fitter.finalists())
+        {
             let mut attempt = self.simulate(candidate.pose)?;
             let fitted = fitter.fine(sdf, &attempt.pose);
             let projected = fitter.project(sdf, &self.object.distance, &fitted.pose);

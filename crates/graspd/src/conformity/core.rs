@@ -99,3 +99,38 @@ fn largest_radius(
     }
     low
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use graspd_hand::builtin_hand;
+
+    #[test]
+    fn balls_fill_the_open_hand_and_stay_inside() {
+        for name in ["allegro", "human"] {
+            let hand = builtin_hand(name).expect("it is built in");
+            let core = HandCore::new(&*hand, 400).unwrap();
+            let surface = hand.surface(&HandPose {
+                translation: Vec3::zero(),
+                rotation: Quaternion::identity(),
+                articulation: hand.open_articulation().to_vec(),
+            });
+            let solid = SignedDistance::new(&surface).unwrap();
+            assert!(core.len() > 100, "{name}: {}", core.len());
+            let mut largest: f64 = 0.0;
+            for ball in 0..core.len() {
+                let radius = core.radius(ball);
+                let center = core.center(&surface, ball);
+                let depth = -solid.signed_distance(&center.into());
+                assert!(
+                    depth >= radius - TOLERANCE - 1e-9,
+                    "{name}: {depth} {radius}"
+                );
+                assert!((LEAST_RADIUS..=MOST_RADIUS).contains(&radius));
+                largest = largest.max(radius);
+            }
+            // Palms are thicker than the largest balls, fingers about 16 mm.
+            assert!(largest > 0.01, "{name}: {largest}");
+        }
+    }
+}

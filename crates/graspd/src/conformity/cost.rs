@@ -57,7 +57,8 @@ impl SkinCost {
         let gain = squared_reach / (squared_reach + miss.square());
         let gain = (gain - T::constant(1.0 / (1.0 + CUTOFF * CUTOFF))).max(zero);
         let beyond = (-distance - T::constant(self.limit_depth)).max(zero);
-        over.square().scale(self.deep_factor) + beyond.square().scale(self.limit_factor) - gain.scale(facing)
+        over.square().scale(self.deep_factor) + beyond.square().scale(self.limit_factor)
+            - gain.scale(facing)
     }
 
     /// The cost of a ball of the hand's core to whose centre the object is nearer than its radius by `lack` \[m\].
@@ -100,8 +101,15 @@ impl SkinCost {
                 0.0
             };
             let beyond = (-distance - self.limit_depth).max(0.0);
-            let limit = if beyond > 0.0 { 2.0 * self.limit_factor } else { 0.0 };
-            return (weight * miss - deep * over - limit * beyond, weight + deep + limit);
+            let limit = if beyond > 0.0 {
+                2.0 * self.limit_factor
+            } else {
+                0.0
+            };
+            return (
+                weight * miss - deep * over - limit * beyond,
+                weight + deep + limit,
+            );
         }
         (0.0, 0.0)
     }

@@ -75,12 +75,12 @@ impl Default for ConformitySettings {
             projection_iterations: 10,
             reach: [5e-2, 5e-3, 1.5e-3, 2e-3, 8e-4],
             depth: 1.5e-4,
-            most_depth: 1.3e-3,
+            most_depth: 1.5e-3,
             rigid_most_depth: 4e-4,
             depth_scale: 4e-4,
             deep_weights: [0.02, 1.0, 1.0, 4.0],
-            deepest: 1.9e-3,
-            rigid_deepest: 8.5e-4,
+            deepest: 2.2e-3,
+            rigid_deepest: 6.5e-4,
             limit_weight: 30.0,
             core_weights: [0.01, 2.0, 0.33, 2.0],
             posture_weight: 2.0,
@@ -142,7 +142,8 @@ impl ConformitySettings {
                 self.rigid_most_depth,
             ),
         ] {
-            let wanted = "at least the depth that the fit allows (conformity.most_depth, rigid_most_depth)";
+            let wanted =
+                "at least the depth that the fit allows (conformity.most_depth, rigid_most_depth)";
             check(field, deepest, deepest >= most, wanted)?;
         }
         let discount = self.imbalance_discount;
@@ -189,7 +190,8 @@ impl ConformitySettings {
     /// The stages of the coarse fit.
     pub(super) fn coarse_stages(&self, is_rigid: bool) -> [Stage; 2] {
         let [far, near, touching, ..] = self.reach;
-        let cost = |part: usize| self.cost(is_rigid, self.deep_weights[part], self.core_weights[part]);
+        let cost =
+            |part: usize| self.cost(is_rigid, self.deep_weights[part], self.core_weights[part]);
         [
             Stage::new(self.coarse_iterations[0], [far, near], cost(0)),
             Stage::new(self.coarse_iterations[1], [near, touching], cost(1)),

@@ -81,7 +81,9 @@ impl SkinSamples {
         surface: &TriangleMesh,
         point: usize,
     ) -> (Vector3<f64>, Vector3<f64>) {
-        let [a, b, c] = self.places[point].corners.map(|v| surface.vertices[v as usize]);
+        let [a, b, c] = self.places[point]
+            .corners
+            .map(|v| surface.vertices[v as usize]);
         let normal = (b - a).cross(&(c - a)).try_normalize(0.0);
         (self.position(surface, point), normal.unwrap_or_default())
     }
