@@ -59,6 +59,7 @@
 mod ablation;
 mod annealing;
 mod approach;
+mod attempt;
 mod bootstrap;
 mod conformity;
 mod diversity;

@@ -9,7 +9,7 @@ use graspd_sim::Scene;
 use rayon::prelude::*;
 
 use crate::GraspError;
-use crate::annealing::anneal;
+use crate::attempt::{Attempt, Job};
 use crate::conformity::HandFitter;
 use crate::execution::{ExecutionSettings, plan_pre_grasp, plan_squeeze};
 use crate::object::GraspObject;
@@ -19,7 +19,7 @@ use crate::record::{
     GraspRecord, OptimizerRecord, PreGrasp, RecordedPose, SCHEMA, Seconds, Squeeze, named_joints,
 };
 use crate::start::{initial_pose, start_rng};
-use crate::synthesis::{Losses, Synthesis, synthesize};
+use crate::synthesis::{Losses, Synthesis};
 
 /// Starts that already touch the object are drawn again at most this often.
 const MOST_REDRAWS: usize = 100;
@@ -167,33 +167,6 @@ pub fn synthesize_grasps(
     Ok(grasps)
 }
 
-/// The best of the fitted starts that belong to a grasp: of those whose numbers are `candidates` times `index` and the
-/// next, that of the best rating (`FittedHand::rating`).
-fn best_fitted_start(
-    object: &GraspObject,
-    hand: &dyn Hand,
-    fitter: &HandFitter<'_>,
-    settings: &SynthesisSettings,
-    seed: u64,
-    index: usize,
-) -> Result<HandPose, GraspError> {
-    let sdf = object.simulated.sdf();
-    let mut best = None;
-    for candidate in 0..fitter.candidates() {
-        let number = index.saturating_mul(fitter.candidates()) + candidate;
-        let start = draw_start(object, hand, settings, seed, number)?;
-        let fitted = fitter.coarse(sdf, &start);
-        let rating = fitted.rating();
-        if best.as_ref().is_none_or(|(least, _)| rating < *least) {
-            best = Some((rating, fitted.pose));
-        }
-    }
-    match best {
-        Some((_, pose)) => Ok(pose),
-        None => draw_start(object, hand, settings, seed, index),
-    }
-}
-
 #[allow(clippy::too_many_arguments)]
 fn one_grasp(
     object: &GraspObject,
@@ -206,52 +179,23 @@ fn one_grasp(
     observer: &dyn RunObserver,
 ) -> Result<Grasp, GraspError> {
     let started = Instant::now();
-    let start = match fitter {
-        Some(fitter) => best_fitted_start(object, hand, fitter, settings, run.seed, index)?,
-        None => draw_start(object, hand, settings, run.seed, index)?,
+    let job = Job {
+        object,
+        hand,
+        settings,
+        seed: run.seed,
+        index,
+        trajectory_every: run.trajectory_every,
+        observer,
     };
-    let mut trajectory = Vec::new();
-    let mut observe = |step: usize, pose: &HandPose, losses: &Losses| {
-        observer.step(index, step);
-        if run
-            .trajectory_every
-            .is_some_and(|every| step.is_multiple_of(every.max(1)))
-        {
-            trajectory.push(TrajectoryPoint {
-                step,
-                pose: pose.clone(),
-                losses: *losses,
-            });
-        }
-    };
-    let (pose, synthesis) = match &settings.annealing {
-        Some(annealing) => {
-            let name = format!("{}, annealing", hand.name());
-            let mut rng = start_rng(run.seed, &object.source.name, &name, index);
-            let mut observe = |step: usize| observer.step(index, step);
-            let steps = settings.steps;
-            let pose = anneal(
-                hand,
-                object,
-                &start,
-                annealing,
-                steps,
-                &mut rng,
-                &mut observe,
-            )?;
-            (pose, None)
-        }
-        None => {
-            let made = synthesize::<f32>(hand, &object.simulated, start, settings, &mut observe)?;
-            if !is_finite(&made) {
-                return Err(GraspError::Diverged { index });
-            }
-            let pose = match fitter {
-                Some(fitter) => fitter.fine(object.simulated.sdf(), &made.pose).pose,
-                None => made.pose.clone(),
-            };
-            (pose, Some(made))
-        }
+    let Attempt {
+        pose,
+        synthesis,
+        trajectory,
+    } = match (fitter, &settings.annealing) {
+        (_, Some(annealing)) => job.anneal(annealing)?,
+        (Some(fitter), None) => job.fit_and_simulate(fitter)?,
+        (None, None) => job.simulate_from_start()?,
     };
     let synthesis_seconds = started.elapsed().as_secs_f64();
 
@@ -272,18 +216,6 @@ fn one_grasp(
         pose,
         trajectory,
     })
-}
-
-/// Whether the optimisation ended in numbers; infinite ones become NaN within a step or two.
-fn is_finite(synthesis: &Synthesis) -> bool {
-    let Synthesis { pose, losses, .. } = synthesis;
-    let (t, q) = (pose.translation, pose.rotation);
-    [t.x, t.y, t.z, q.w, q.x, q.y, q.z]
-        .iter()
-        .chain(&pose.articulation)
-        .chain(&[losses.physics, losses.task, losses.range])
-        .chain(&[losses.limit, losses.intersection])
-        .all(|number| number.is_finite())
 }
 
 fn optimizer_record(settings: &SynthesisSettings, synthesis: &Synthesis) -> OptimizerRecord {
