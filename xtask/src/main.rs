@@ -4,6 +4,7 @@ mod bench;
 mod ci;
 mod duplicates;
 mod edges;
+mod engines;
 mod sources;
 mod steps;
 mod table4;
@@ -17,6 +18,8 @@ usage: cargo xtask <command>
   ci    format, layering and source rules, clippy, documentation, doctests, tests
   bench [--save NAME]
         processor times of a synthesis step by each backend, as one table; NAME keeps them for criterion
+  engines [--compare]
+        set up PyBullet and MuJoCo for `graspd eval --engine`; judge sixty grasps by each of them and the one built in
   reproduce-table4 [--ycb DIR] [--objects LIST] [--quick]
         the paper's RGB-D experiment: grasps on true and reconstructed meshes, judged on the true ones";
 
@@ -35,6 +38,8 @@ fn main() -> ExitCode {
                 ExitCode::FAILURE
             }
         },
+        ["engines"] => exit_code(engines::set_up(&root)),
+        ["engines", "--compare"] => exit_code(engines::compare(&root)),
         ["reproduce-table4", rest @ ..] => match table4::Options::parse(rest) {
             Some(options) => exit_code(table4::reproduce(&root, &options)),
             None => {

@@ -59,6 +59,7 @@
 mod approach;
 mod bootstrap;
 mod conformity;
+mod dexgraspnet;
 mod error;
 mod execution;
 mod object;
@@ -72,6 +73,7 @@ mod summary;
 mod synthesis;
 
 pub use conformity::{ConformitySettings, FittedHand, HandFitter, SkinCost, SkinSamples, fit_hand};
+pub use dexgraspnet::read_dexgraspnet;
 pub use error::GraspError;
 pub use execution::{
     ClosingOrder, ExecutionSettings, PlannedPreGrasp, PlannedSqueeze, plan_pre_grasp, plan_squeeze,
@@ -83,7 +85,10 @@ pub use record::{
     GraspRecord, OptimizerRecord, PreGrasp, RecordedPose, SCHEMA, Seconds, Squeeze, named_joints,
 };
 pub use record_file::{read_records, write_atomically, write_records};
-pub use run::{Grasp, RunObserver, RunSettings, TrajectoryPoint, draw_start, synthesize_grasps};
+pub use run::{
+    Grasp, RunObserver, RunSettings, TrajectoryPoint, draw_start, surface_at_rest,
+    synthesize_grasps,
+};
 pub use start::{PAPER_STANDOFF, initial_pose, start_rng, transform_object_hand};
 pub use summary::{MetricMeans, Summary};
 pub use synthesis::{Losses, Synthesis, synthesize};
