@@ -14,13 +14,16 @@ const SPACING: f64 = 2e-3;
 const PROBE: f64 = 1e-6;
 /// Skin this near along the skin folds at a joint rather than that one finger enters another \[m\].
 const FOLD: f64 = 25e-3;
+/// Skin this near to where a straight way in comes out at rest is the same finger's other side \[m\].
+const OTHER_SIDE: f64 = 10e-3;
 /// Surfaces that a ray may enter before it leaves one.
 const MOST_HITS: usize = 64;
 
 /// What of a hand may not meet, found once from the hand at rest.
-#[derive(Clone, Debug)]
 pub struct SelfPenetration {
     rest: TriangleMesh,
+    /// The same; asked of skins alone.
+    rest_solid: SignedDistance,
     /// How many connected parts there are.
     parts: usize,
     /// For each pair of parts, whether they overlap at rest already, as links do at their joints: `[parts * parts]`.
@@ -51,6 +54,7 @@ impl SelfPenetration {
             }
         }
         Ok(Self {
+            rest_solid: SignedDistance::new(rest).map_err(bad)?,
             rest: rest.clone(),
             parts: count,
             are_joined,
@@ -64,7 +68,7 @@ impl SelfPenetration {
     ///   vertices. Parts that overlap at rest do so by construction, and are left out.
     /// * A hand of one part (a skin): among the faces' centres that are buried in the skin, the longest way straight in, through
     ///   the finger that a point belongs to, until the ray comes out of the one that it has entered. Skin within 25 mm of itself,
-    ///   measured along the skin at rest, folds, and does not count.
+    ///   measured along the skin at rest, folds, and does not count, nor does a way to the finger's own other side.
     ///
     /// `posed`: the same mesh as at rest, at the pose.
     ///
@@ -98,12 +102,27 @@ impl SelfPenetration {
             }
             if let Some((length, left)) = way_out(&solid, &center, &-outward)
                 && length > deepest
+                && !self.is_other_side(face, left)
                 && !self.is_fold(face, left)
             {
                 deepest = length;
             }
         }
         Ok(deepest)
+    }
+
+    /// Whether the straight way in from a face comes out by the other at rest already: then it is the finger's own other
+    /// side, and a fold has buried the face.
+    fn is_other_side(&self, from: usize, to: usize) -> bool {
+        let center = centroid(&self.rest.corners(from));
+        let Some(outward) = self.rest.area_vector(from).try_normalize(0.0) else {
+            return true;
+        };
+        let Some((length, _)) = way_out(&self.rest_solid, &center, &-outward) else {
+            return true;
+        };
+        let out = center - outward * length;
+        (out - centroid(&self.rest.corners(to))).norm() < OTHER_SIDE
     }
 
     /// Whether two faces are near each other along the skin at rest.
@@ -277,22 +296,21 @@ mod tests {
         assert!((hand.depth_mm(&dented(0.002)).unwrap() - 2.0).abs() < 0.05);
     }
 
-    /// A skin of one piece: a long capsule, bent into a hairpin so that its halves enter each other by `depth` \[m\].
+    /// A skin of one piece: a long capsule, bent into a hairpin whose halves come together and enter each other by
+    /// `depth` \[m\].
     fn hairpin(depth: f64) -> TriangleMesh {
-        const RADIUS: f64 = 0.008;
-        let straight = capsule_mesh(RADIUS, 0.16, 0.002);
-        let bend = (2.0 * RADIUS - depth) * 0.5;
-        let half = 0.5 * std::f64::consts::PI * bend;
-        let mut bent = straight.clone();
+        const BEND: f64 = 0.012;
+        const QUARTER: f64 = 0.5 * std::f64::consts::PI;
+        let mut bent = capsule_mesh(0.008, 0.16, 0.002);
         for p in &mut bent.vertices {
-            // The middle of the axis, along z, becomes a half circle about (-bend, 0, 0).
-            let (x, y, z) = (p.x, p.y, p.z);
-            let angle = (z / bend).clamp(-0.5 * std::f64::consts::PI, 0.5 * std::f64::consts::PI);
-            let rest = z - z.clamp(-half, half);
-            let (sine, cosine) = angle.sin_cos();
-            p.x = (x + bend) * cosine - rest.abs();
-            p.z = (x + bend) * sine;
-            p.y = y;
+            // The middle of the axis, along z, becomes a half circle about (-BEND, 0, 0).
+            let rest = p.z - p.z.clamp(-BEND * QUARTER, BEND * QUARTER);
+            let (sine, cosine) = (p.z / BEND).clamp(-QUARTER, QUARTER).sin_cos();
+            // From 1 to 4 cm behind it the halves draw near.
+            let share = ((rest.abs() - 0.01) / 0.03).clamp(0.0, 1.0);
+            let nearer = (BEND - 0.008 + 0.5 * depth) * share * rest.signum();
+            let arm = p.x + BEND;
+            (p.x, p.z) = (arm * cosine - rest.abs(), arm * sine - nearer);
         }
         bent
     }

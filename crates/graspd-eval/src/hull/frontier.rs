@@ -238,24 +238,28 @@ impl<const D: usize> Frontier<D> {
 
     /// The longest way into the ball along the edges that lead there; an error if one of them does not.
     fn measure_reach(&mut self, slot: u32) -> Result<(), Stop> {
-        let place = self.place(slot as usize);
-        let vertex = &self.vertices[slot as usize];
-        let outside = (dot(&place, &place) - self.radius_squared).max(0.0);
         let mut reach = 0.0_f64;
         for k in 0..D {
+            let vertex = &self.vertices[slot as usize];
             if vertex.neighbours[k] == NONE {
-                let edge = &vertex.edges[k];
-                let (along, squared) = (-dot(&place, edge), dot(edge, edge));
-                let discriminant = along * along - squared * outside;
-                if along <= 0.0 || discriminant < 0.0 {
-                    return Err(Stop::Contradiction);
-                }
-                let step = outside / (along + discriminant.sqrt());
-                reach = reach.max(step * squared.sqrt());
+                let length = dot(&vertex.edges[k], &vertex.edges[k]).sqrt();
+                reach = reach.max(self.way_into_ball(slot as usize, k)? * length);
             }
         }
         self.reach[slot as usize] = reach;
         Ok(())
+    }
+
+    /// After how many times edge k it gets into the ball; an error if it does not.
+    fn way_into_ball(&self, slot: usize, k: usize) -> Result<f64, Stop> {
+        let (place, edge) = (self.place(slot), &self.vertices[slot].edges[k]);
+        let outside = (dot(&place, &place) - self.radius_squared).max(0.0);
+        let (along, squared) = (-dot(&place, edge), dot(edge, edge));
+        let discriminant = along * along - squared * outside;
+        if along <= 0.0 || discriminant < 0.0 {
+            return Err(Stop::Contradiction);
+        }
+        Ok(outside / (along + discriminant.sqrt()))
     }
 
     /// Drops the vertices that the ball has swallowed as it grew.
@@ -334,7 +338,7 @@ impl<const D: usize> Frontier<D> {
                 // A vertex that stays, with an edge into the ball that may be cut on its way.
                 for k in 0..D {
                     if self.vertices[slot].neighbours[k] == NONE {
-                        let new = self.on_edge(frame, slot, k, point, step)?;
+                        let new = self.on_edge(frame, slot, k, point, step, least)?;
                         if let Some(new) = new {
                             self.vertices[new as usize].neighbours[k] = slot as u32;
                             self.vertices[slot].neighbours[k] = new;
@@ -349,9 +353,9 @@ impl<const D: usize> Frontier<D> {
             for k in 0..D {
                 let beyond = self.vertices[slot as usize].neighbours[k];
                 if beyond == NONE {
-                    fresh.extend(self.on_edge(frame, slot as usize, k, point, step)?);
+                    fresh.extend(self.on_edge(frame, slot as usize, k, point, step, least)?);
                 } else if self.products[beyond as usize] <= least {
-                    let new = self.on_edge(frame, slot as usize, k, point, step)?;
+                    let new = self.on_edge(frame, slot as usize, k, point, step, least)?;
                     let neighbours = &mut self.vertices[beyond as usize].neighbours;
                     let back = neighbours.iter().position(|&other| other == slot);
                     neighbours[back.ok_or(Stop::Contradiction)?] = new.unwrap_or(NONE);
@@ -376,6 +380,9 @@ impl<const D: usize> Frontier<D> {
     }
 
     /// The vertex where a point's hyperplane meets edge k, if it does before the edge gets into the ball.
+    ///
+    /// It does where one end of the edge is cut off and the other stays, and ends are judged as vertices are: what is beyond
+    /// the hyperplane by no more than rounding stays. An edge into the ball ends where it gets there.
     fn on_edge(
         &mut self,
         frame: &Frame<D>,
@@ -383,26 +390,30 @@ impl<const D: usize> Frontier<D> {
         k: usize,
         point: u32,
         step: &[f64; D],
+        least: f64,
     ) -> Result<Option<u32>, Stop> {
         let from = &self.vertices[slot];
-        let is_into_ball = from.neighbours[k] == NONE;
-        let shares: [f64; D] = std::array::from_fn(|i| -dot(step, &from.edges[i]));
-        let beyond = self.products[slot] - 1.0;
-        let way = beyond / shares[k];
-        if !(way > 0.0) || !way.is_finite() {
-            // The hyperplane meets the edge's line behind the vertex: the edge does not lead across it.
-            return if is_into_ball {
-                Ok(None)
-            } else {
-                Err(Stop::Contradiction)
-            };
-        }
         let edge = from.edges[k];
-        let start = self.place(slot);
+        let share = -dot(step, &edge);
+        let (start, product) = (self.place(slot), self.products[slot]);
+        let whole = if from.neighbours[k] == NONE {
+            let whole = self.way_into_ball(slot, k)?;
+            if (product > least) == (product - whole * share > least) {
+                return Ok(None);
+            }
+            whole
+        } else {
+            let end = self.place(from.neighbours[k] as usize);
+            dot(&difference(&end, &start), &edge) / dot(&edge, &edge)
+        };
+        let mut way = (product - 1.0) / share;
+        if way.is_nan() || way < 0.0 {
+            way = 0.0;
+        }
+        way = way.min(whole.max(0.0));
         let mut place: [f64; D] = std::array::from_fn(|i| start[i] + way * edge[i]);
-        let is_outside = dot(&place, &place) >= self.radius_squared;
-        // Beyond the ball the line comes out again.
-        if !is_outside || (is_into_ball && dot(&place, &edge) >= 0.0) {
+        // An edge between two vertices may lead through the ball.
+        if from.neighbours[k] != NONE && dot(&place, &place) < self.radius_squared {
             return Ok(None);
         }
         let mut vertex = *from;
@@ -410,8 +421,9 @@ impl<const D: usize> Frontier<D> {
         vertex.neighbours = [NONE; D];
         vertex.birth = self.birth;
         vertex.generation += 1;
+        let shares: [f64; D] = std::array::from_fn(|i| -dot(step, &vertex.edges[i]));
         let largest = shares.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
-        if vertex.generation > MOST_GENERATIONS || shares[k].abs() < LEAST_PIVOT * largest {
+        if vertex.generation > MOST_GENERATIONS || share.abs() < LEAST_PIVOT * largest {
             (place, vertex.edges) = self
                 .from_points(frame, &vertex.points)
                 .ok_or(Stop::Contradiction)?;
@@ -419,11 +431,11 @@ impl<const D: usize> Frontier<D> {
         } else {
             for i in 0..D {
                 if i == k {
-                    vertex.edges[k] = edge.map(|x| x / shares[k]);
+                    vertex.edges[k] = edge.map(|x| x / share);
                 } else {
-                    let share = shares[i] / shares[k];
+                    let amount = shares[i] / share;
                     for j in 0..D {
-                        vertex.edges[i][j] -= share * edge[j];
+                        vertex.edges[i][j] -= amount * edge[j];
                     }
                 }
             }
