@@ -24,7 +24,10 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             pieces.pieces.iter().any(|piece| piece.contains(p, margin))
         };
         let count = points.len() as f64;
-        let bare = points.iter().filter(|s| !is_covered(&s.point, 0.1e-3)).count();
+        let bare = points
+            .iter()
+            .filter(|s| !is_covered(&s.point, 0.1e-3))
+            .count();
         let mut shares = Vec::new();
         for distance in OUTSIDE {
             // In a corner the mesh is nearer than that; there nothing can be said.
@@ -33,7 +36,10 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
                 .filter(|p| object.signed_distance().signed_distance(p) > 0.99 * distance)
                 .collect();
             let filled = outside.iter().filter(|p| is_covered(p, 0.0)).count();
-            shares.push(format!("{:.1} %", 100.0 * filled as f64 / outside.len() as f64));
+            shares.push(format!(
+                "{:.1} %",
+                100.0 * filled as f64 / outside.len() as f64
+            ));
         }
         println!(
             "{name}: {} pieces in {seconds:.1} s, volume {:.3} of the mesh's, deepest overfill {:.2} mm, {:.1} % of the surface bare, filled outside: {}",
