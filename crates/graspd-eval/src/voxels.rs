@@ -16,7 +16,7 @@ const BLOCK: i64 = 32;
 pub(crate) fn count_common_voxels(a: &SignedDistance, b: &SignedDistance, size: f64) -> u64 {
     let mut count = 0;
     for_each_common_block(a, b, size, &mut |_, side| {
-        count += (side * side * side) as u64
+        count += (side * side * side) as u64;
     });
     count
 }

@@ -95,7 +95,7 @@ impl<const D: usize> Frontier<D> {
                 return Err(Stop::Contradiction);
             }
             let (place, edges) = frontier
-                .from_points(frame, &facet.vertices)
+                .meeting_point(frame, &facet.vertices)
                 .ok_or(Stop::Contradiction)?;
             if dot(&place, &place) >= frontier.radius_squared {
                 let vertex = Vertex {
@@ -219,7 +219,7 @@ impl<const D: usize> Frontier<D> {
     }
 
     /// Place and edges of the vertex where the points' hyperplanes meet, by elimination.
-    fn from_points(
+    fn meeting_point(
         &self,
         frame: &Frame<D>,
         points: &[u32; D],
@@ -425,7 +425,7 @@ impl<const D: usize> Frontier<D> {
         let largest = shares.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
         if vertex.generation > MOST_GENERATIONS || share.abs() < LEAST_PIVOT * largest {
             (place, vertex.edges) = self
-                .from_points(frame, &vertex.points)
+                .meeting_point(frame, &vertex.points)
                 .ok_or(Stop::Contradiction)?;
             vertex.generation = 0;
         } else {
