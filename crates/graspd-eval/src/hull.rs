@@ -21,6 +21,7 @@ mod expansion;
 mod frame;
 mod frontier;
 mod hyperplane;
+mod inverse;
 mod polytope;
 mod predicates;
 mod quickhull;

@@ -16,7 +16,6 @@
 //! An edge that ought to lead into B but misses it, or more than two vertices on one edge, is the work of rounding: then
 //! the caller starts over with the whole polytope, which can be checked as such.
 
-use std::cmp::Ordering;
 use std::collections::BinaryHeap;
 
 use super::DepthBounds;
@@ -24,6 +23,7 @@ use super::body::Body;
 use super::expansion::Queued;
 use super::frame::Frame;
 use super::hyperplane::{difference, dot};
+use super::inverse::inverse;
 use super::polytope::{NONE, Polytope, Stop};
 
 /// The ball is smaller than the bound says by this part, so that a vertex just on it counts as outside.
@@ -230,10 +230,16 @@ impl<const D: usize> Frontier<D> {
         let edges: [[f64; D]; D] =
             std::array::from_fn(|k| std::array::from_fn(|row| -inverse[row][k]));
         let place: [f64; D] = std::array::from_fn(|row| inverse[row].iter().sum());
-        let is_sound = rows
-            .iter()
-            .all(|row| (dot(row, &place) - 1.0).abs() <= RESIDUAL * (1.0 + dot(&place, &place)));
-        is_sound.then_some((place, edges))
+        (self.is_on_all(frame, points, &place)).then_some((place, edges))
+    }
+
+    /// Whether a place is on the points' hyperplanes.
+    fn is_on_all(&self, frame: &Frame<D>, points: &[u32; D], place: &[f64; D]) -> bool {
+        let most = RESIDUAL * (1.0 + dot(place, place));
+        points.iter().all(|&point| {
+            let step = self.relative(frame, point);
+            (dot(&step, place) - 1.0).abs() <= most
+        })
     }
 
     /// The longest way into the ball along the edges that lead there; an error if one of them does not.
@@ -423,7 +429,10 @@ impl<const D: usize> Frontier<D> {
         vertex.generation += 1;
         let shares: [f64; D] = std::array::from_fn(|i| -dot(step, &vertex.edges[i]));
         let largest = shares.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
-        if vertex.generation > MOST_GENERATIONS || share.abs() < LEAST_PIVOT * largest {
+        if vertex.generation > MOST_GENERATIONS
+            || share.abs() < LEAST_PIVOT * largest
+            || !self.is_on_all(frame, &vertex.points, &place)
+        {
             (place, vertex.edges) = self
                 .meeting_point(frame, &vertex.points)
                 .ok_or(Stop::Contradiction)?;
@@ -485,40 +494,4 @@ impl<const D: usize> Frontier<D> {
         }
         Ok(())
     }
-}
-
-/// The inverse of a matrix, by elimination with pivots from whole columns.
-fn inverse<const D: usize>(mut matrix: [[f64; D]; D]) -> Option<[[f64; D]; D]> {
-    let mut inverse = [[0.0; D]; D];
-    for (k, row) in inverse.iter_mut().enumerate() {
-        row[k] = 1.0;
-    }
-    for column in 0..D {
-        let by_size = |a: &usize, b: &usize| -> Ordering {
-            let size = |row: &usize| matrix[*row][column].abs();
-            size(a).total_cmp(&size(b))
-        };
-        let pivot = (column..D).max_by(by_size)?;
-        matrix.swap(column, pivot);
-        inverse.swap(column, pivot);
-        let scale = matrix[column][column].recip();
-        if !scale.is_finite() {
-            return None;
-        }
-        for k in 0..D {
-            matrix[column][k] *= scale;
-            inverse[column][k] *= scale;
-        }
-        let (own, own_inverse) = (matrix[column], inverse[column]);
-        for row in 0..D {
-            if row != column {
-                let factor = matrix[row][column];
-                for k in 0..D {
-                    matrix[row][k] -= factor * own[k];
-                    inverse[row][k] -= factor * own_inverse[k];
-                }
-            }
-        }
-    }
-    Some(inverse)
 }
