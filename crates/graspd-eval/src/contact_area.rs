@@ -24,7 +24,7 @@ pub(crate) fn contact_area_cm2(voxels: &[SurfaceVoxel], threshold: f64) -> f64 {
 /// # Source
 /// The evaluations after ObMan's (Y. Hasson et al., "Learning joint reconstruction of hands and manipulated objects", CVPR 2019)
 /// take the voxels that a mesh's surface passes through and multiply their number by a power of the voxel size; Grasp'D
-/// describes its contact area as such a count over the hand's shell.
+/// describes its contact area as done like its volume, over the hand's shell.
 pub(crate) fn voxel_count_area_cm2(voxels: &[SurfaceVoxel], threshold: f64, size: f64) -> f64 {
     let touching = voxels.iter().filter(|voxel| voxel.distance < threshold);
     touching.count() as f64 * size * size * 1e4

@@ -356,4 +356,12 @@ fn volumes_and_areas_converge_at_first_order_or_faster() {
     };
     let [coarse, fine] = [3e-3, 0.75e-3].map(|size| error_at(size, exact, measure));
     assert!(fine < 0.25 * coarse && fine < 1e-2, "{coarse} {fine}");
+    // A cap of a sphere, 4 mm high, in the top of a box: 2 pi R h.
+    let ball = sphere_mesh([0.003, 0.002, 0.02 + 0.02 - 0.004], 0.02, 40);
+    let exact = 2.0 * PI * 2.0 * 0.4;
+    let measure = |motion: &Isometry3<f64>, size: f64| {
+        touch(&ball.transformed(motion), &object.transformed(motion), size).0
+    };
+    let [coarse, fine] = [3e-3, 0.75e-3].map(|size| error_at(size, exact, measure));
+    assert!(fine < 0.25 * coarse && fine < 1e-2, "{coarse} {fine}");
 }
