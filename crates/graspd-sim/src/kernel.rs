@@ -32,6 +32,15 @@ pub trait Precision: Element {
         gradient: &mut PointBuffer<Self>,
     ) -> f64;
 
+    /// Writes the derivative of sum_j sum_c pull_j . f_c(q, v_j) by the contact positions, each contact counted `weight`
+    /// times, to `gradient`, `[n]`. `pull`: one for each velocity, `[J]`.
+    fn pulled_wrenches(
+        contacts: &ContactLoop<'_, Self>,
+        weight: &[Self],
+        pull: &[Wrench<f64>],
+        gradient: &mut PointBuffer<Self>,
+    );
+
     /// Runs a [`FusedKernel`].
     #[doc(hidden)]
     fn fused<R: TargetRule<Self>>(kernel: FusedKernel<'_, Self, R>) -> f64;
@@ -56,6 +65,20 @@ impl Precision for f64 {
         }
         .run_with::<f64>()
     }
+    fn pulled_wrenches(
+        contacts: &ContactLoop<'_, f64>,
+        weight: &[f64],
+        pull: &[Wrench<f64>],
+        gradient: &mut PointBuffer<f64>,
+    ) {
+        PullKernel {
+            contacts,
+            weight,
+            pull,
+            gradient,
+        }
+        .run_with::<f64>();
+    }
     fn fused<R: TargetRule<f64>>(kernel: FusedKernel<'_, f64, R>) -> f64 {
         kernel.run_with::<f64>()
     }
@@ -79,6 +102,19 @@ impl Precision for f32 {
             gradient,
         })
     }
+    fn pulled_wrenches(
+        contacts: &ContactLoop<'_, f32>,
+        weight: &[f32],
+        pull: &[Wrench<f64>],
+        gradient: &mut PointBuffer<f32>,
+    ) {
+        vectorize(PullKernel {
+            contacts,
+            weight,
+            pull,
+            gradient,
+        });
+    }
     fn fused<R: TargetRule<f32>>(kernel: FusedKernel<'_, f32, R>) -> f64 {
         vectorize(kernel)
     }
@@ -90,6 +126,7 @@ pub struct ContactLoop<'a, E> {
     pub(crate) velocities: &'a [Twist<f64>],
     pub(crate) contact: ContactParams,
     pub(crate) smoothing: f64,
+    pub(crate) length_scale: f64,
     pub(crate) points: &'a PointBuffer<E>,
 }
 
@@ -124,7 +161,8 @@ impl<E: Element> ContactLoop<'_, E> {
         distance: T,
         gradient: Vec3<T>,
     ) -> ContactState<T> {
-        let lever = point - Vec3::constant(self.object.center_of_mass());
+        let lever =
+            (point - Vec3::constant(self.object.center_of_mass())) * T::constant(self.length_scale);
         ContactState::new(distance, gradient, lever, self.contact.leak)
     }
 
@@ -190,6 +228,48 @@ impl<E: Element> WrenchKernel<'_, E> {
 }
 
 impl Kernel for WrenchKernel<'_, f32> {
+    type Output = ();
+    #[inline(always)]
+    fn run<L: Real<Element = f32>>(self) {
+        self.run_with::<L>();
+    }
+}
+
+struct PullKernel<'a, E> {
+    contacts: &'a ContactLoop<'a, E>,
+    weight: &'a [E],
+    pull: &'a [Wrench<f64>],
+    gradient: &'a mut PointBuffer<E>,
+}
+
+impl<E: Element> PullKernel<'_, E> {
+    #[inline(always)]
+    fn run_with<L: Real<Element = E>>(self) {
+        let contacts = self.contacts;
+        for first in (0..contacts.points.len()).step_by(L::LANES) {
+            let point = contacts.point::<L>(first);
+            let state = contacts.state(Vec3::new(
+                Dual::<L, 3>::variable(point.x, 0),
+                Dual::variable(point.y, 1),
+                Dual::variable(point.z, 2),
+            ));
+            let mut sum = Dual::<L, 3>::constant(L::zero());
+            for (velocity, pull) in contacts.velocities.iter().zip(self.pull) {
+                let wrench = contacts.wrench(&state, velocity);
+                let pull = components(*pull);
+                for k in 0..WRENCH_LEN {
+                    sum += wrench[k] * Dual::constant(L::constant(pull[k]));
+                }
+            }
+            let weight = L::load(&self.weight[first..]);
+            (weight * sum.derivative[0]).store(&mut self.gradient.x[first..]);
+            (weight * sum.derivative[1]).store(&mut self.gradient.y[first..]);
+            (weight * sum.derivative[2]).store(&mut self.gradient.z[first..]);
+        }
+    }
+}
+
+impl Kernel for PullKernel<'_, f32> {
     type Output = ();
     #[inline(always)]
     fn run<L: Real<Element = f32>>(self) {

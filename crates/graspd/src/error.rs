@@ -41,6 +41,16 @@ pub enum GraspError {
         /// The names that exist.
         known: String,
     },
+    /// A file of settings that cannot be used.
+    #[error(
+        "{path}: {fault}; give settings by the names that run.toml has under [settings], for instance `steps = 3000`"
+    )]
+    InvalidConfig {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong.
+        fault: String,
+    },
     /// No built-in object and no file has the name that was given.
     #[error(
         "{name}: neither a built-in object ({built_in}) nor an existing file; give one of those names or the path of a .obj, .stl, .ply, .off, .glb, .gltf or .dae file"

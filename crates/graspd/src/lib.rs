@@ -56,13 +56,18 @@
 //!
 //! Poses map hand-base coordinates into the object's mesh coordinates; lengths are metres.
 
+mod ablation;
+mod annealing;
 mod approach;
+mod attempt;
 mod bootstrap;
 mod conformity;
 mod dexgraspnet;
+mod diversity;
 mod error;
 mod execution;
 mod object;
+mod overrides;
 mod preset;
 mod rank;
 mod record;
@@ -72,8 +77,11 @@ mod start;
 mod summary;
 mod synthesis;
 
+pub use ablation::{ConstraintMethod, MethodPart};
+pub use annealing::{AnnealingSettings, anneal};
 pub use conformity::{ConformitySettings, FittedHand, HandFitter, SkinCost, SkinSamples, fit_hand};
 pub use dexgraspnet::read_dexgraspnet;
+pub use diversity::{Diversity, diverse, pose_distances};
 pub use error::GraspError;
 pub use execution::{
     ClosingOrder, ExecutionSettings, PlannedPreGrasp, PlannedSqueeze, plan_pre_grasp, plan_squeeze,

@@ -124,7 +124,7 @@ pub struct GraspRecord {
     pub squeeze: Option<Squeeze>,
     /// The judge's findings; `None` before evaluation.
     pub metrics: Option<GraspMetrics>,
-    /// How the optimisation ended; `None` for grasps made by others.
+    /// How the optimisation ended; `None` for grasps made by annealing or by others.
     pub optimizer: Option<OptimizerRecord>,
     /// 1 for the grasp with the least simulation displacement.
     pub rank: Option<usize>,

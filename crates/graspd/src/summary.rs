@@ -6,6 +6,7 @@ use graspd_eval::GraspMetrics;
 use serde::{Deserialize, Serialize};
 
 use crate::bootstrap::interval_95;
+use crate::diversity::Diversity;
 use crate::record::GraspRecord;
 
 /// Means of the metrics over some grasps; `None` where no grasp has the metric.
@@ -61,6 +62,9 @@ pub struct Summary {
     pub all: MetricMeans,
     /// Median over all grasps, by metric.
     pub median: MetricMeans,
+    /// How different the grasps that were kept are; `None` if there are fewer than two, or poses were not looked at.
+    #[serde(default)]
+    pub diversity: Option<Diversity>,
     /// Mean seconds of a synthesis on its thread.
     pub mean_synthesis_seconds: f64,
     /// Mean seconds of an evaluation on its thread.
@@ -99,6 +103,7 @@ impl Summary {
             top_5: best(5),
             all: best(records.len()),
             median: aggregate(records, median),
+            diversity: None,
             mean_synthesis_seconds: seconds(|s| s.synthesis),
             mean_evaluation_seconds: seconds(|s| s.evaluation),
         }

@@ -9,8 +9,8 @@ use std::process::Command;
 use anyhow::{Context, Result, bail};
 use serde_json::Value;
 
-use crate::steps::{cargo, output, run};
-use crate::table4::target_folder;
+use crate::command::{graspd, parsed, target_folder};
+use crate::steps::{output, run};
 use agreement::{Judged, document};
 
 /// What is installed: versions that the figures of docs/engines.md are of.
@@ -69,11 +69,8 @@ fn python_of(environment: &Path) -> PathBuf {
 /// as tables, to `target/engines/agreement.md`.
 pub(crate) fn compare(root: &Path) -> Result<()> {
     set_up(root)?;
-    run(&mut cargo(root, "build --locked --release -p graspd-cli"))?;
+    let graspd = graspd(root)?;
     let target = target_folder(root)?;
-    let graspd = target
-        .join("release")
-        .join(format!("graspd{}", std::env::consts::EXE_SUFFIX));
     let work = target.join("engines").join("grasps");
     let mut judged = Vec::new();
     for object in OBJECTS {
@@ -122,7 +119,7 @@ fn case(
         let mut eval = command();
         eval.arg("eval").arg(folder).args(["--engine", engine]);
         eval.args(["--metrics", "sd,sd6,shake,pd", "--json", "--quiet"]);
-        let report: Value = serde_json::from_str(&output(&mut eval)?)?;
+        let report = parsed(&mut eval)?;
         let grasps = report["grasps"].as_array().context("no grasps")?;
         for grasp in grasps {
             let index = grasp["index"].as_u64().context("a grasp without index")?;
