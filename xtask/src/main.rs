@@ -5,6 +5,7 @@ mod ci;
 mod command;
 mod duplicates;
 mod edges;
+mod engines;
 mod evaluate;
 mod objects;
 mod sources;
@@ -20,6 +21,8 @@ usage: cargo xtask <command>
   ci    format, layering and source rules, clippy, documentation, doctests, tests
   bench [--save NAME]
         processor times of a synthesis step by each backend, as one table; NAME keeps them for criterion
+  engines [--compare]
+        set up PyBullet and MuJoCo for `graspd eval --engine`; judge sixty grasps by each of them and the one built in
   evaluate [--objects ycb|table4|NAME,...] [--hand HAND] [--preset P] [--starts N] [--steps N] [--seed S] [--resolution N]
            [--without PART]... [--config FILE.toml] [--against FILE|DIR] [-o DIR] [--threads T] [--graspd PROGRAM]
         grasps of many objects, judged, with intervals; goes on where it was interrupted; --against says which
@@ -42,6 +45,8 @@ fn main() -> ExitCode {
                 ExitCode::FAILURE
             }
         },
+        ["engines"] => exit_code(engines::set_up(&root)),
+        ["engines", "--compare"] => exit_code(engines::compare(&root)),
         ["evaluate", rest @ ..] => match evaluate::Options::parse(rest) {
             Some(options) => exit_code(evaluate::evaluate(&root, &options)),
             None => {

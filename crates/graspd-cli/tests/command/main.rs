@@ -8,6 +8,7 @@ mod bad_settings;
 mod cache;
 mod determinism;
 mod distance_grid;
+mod foreign_grasps;
 mod hands;
 mod judging;
 mod listings;

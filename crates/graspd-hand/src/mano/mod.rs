@@ -10,6 +10,7 @@ mod hand;
 mod kinematics;
 mod model;
 mod numpy;
+mod numpy_value;
 mod open;
 mod options;
 mod pickle;
@@ -28,4 +29,5 @@ pub use model::{
     JointPlacement, POSE_FEATURES, POSE_VALUES, SKINNED_JOINT_NAMES, SKINNED_JOINT_PARENTS,
     SKINNED_JOINTS, SkinnedModel,
 };
+pub use numpy_value::{NumpyValue, read_npy};
 pub use options::SkinnedHandOptions;
