@@ -85,6 +85,23 @@ proptest! {
     }
 
     #[test]
+    fn second_derivatives_are_those_of_duals(p in off_faces()) {
+        let grid = wavy();
+        let (distance, gradient, second) = grid.distance_to_second_order(p);
+        let (dual_distance, dual_gradient) = grid.distance_and_gradient(lift::<f64, 3>(p));
+        prop_assert_eq!(distance, dual_distance.value);
+        let terms = outside(&grid, p).map_or(0.0, f64::recip);
+        for axis in 0..3 {
+            prop_assert_eq!(gradient.get(axis), dual_gradient.get(axis).value);
+            for by in 0..3 {
+                let expected = dual_gradient.get(axis).derivative[by];
+                let error = (second.rows[axis].get(by) - expected).abs();
+                prop_assert!(error < ROUNDING * (1.0 + expected.abs() + terms));
+            }
+        }
+    }
+
+    #[test]
     fn reverse_mode_equals_forward_mode(p in off_faces()) {
         let grid = wavy();
         let forward = grid.distance(lift::<f64, 3>(p));

@@ -31,6 +31,9 @@ macro_rules! contact_loop {
             contact: $scene.contact,
             smoothing: $scene.smoothing,
             points: &$scene.contacts,
+            remainder: E::remainder(&$scene.scratch)
+                .filter(|remainder| remainder.len() == $scene.contacts.len())
+                .unwrap_or(&$scene.no_remainder),
         }
     };
 }
@@ -52,6 +55,8 @@ pub struct Scene<'a, E> {
     smoothing: f64,
     scratch: HandScratch,
     contacts: PointBuffer<E>,
+    /// Zeros, for hands that tell none; empty where none is needed.
+    no_remainder: PointBuffer<E>,
     contact_gradient: PointBuffer<E>,
     spheres: PointBuffer<E>,
     sphere_gradient: PointBuffer<E>,
@@ -85,6 +90,7 @@ where
             smoothing: 0.0,
             scratch: hand.new_scratch(),
             contacts: PointBuffer::zeros(len),
+            no_remainder: PointBuffer::zeros(if E::HAS_REMAINDER { len } else { 0 }),
             contact_gradient: PointBuffer::zeros(len),
             spheres: PointBuffer::zeros(spheres),
             sphere_gradient: PointBuffer::zeros(spheres),

@@ -12,7 +12,7 @@ use graspd_sim::TargetRule;
 const RESOLUTION: usize = 64;
 /// Density of the mug \[kg/m^3\].
 const DENSITY: f64 = 1000.0;
-const STEPS: usize = 400;
+const STEPS: usize = 7000;
 
 pub(crate) static HAND: LazyLock<ArticulatedHand> = LazyLock::new(|| {
     allegro(&HandOptions {
