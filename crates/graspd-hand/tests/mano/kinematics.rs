@@ -17,6 +17,8 @@ use crate::{plain, synthetic};
 const DOUBLE: f64 = 1e-12;
 /// 0.5 m in single precision, after about 150 additions.
 const SINGLE: f64 = 1e-6;
+/// Blendshapes of up to some centimetres in single precision \[m\].
+const BLENDED: f64 = 1e-8;
 /// Reverse mode sums in another order.
 const REVERSE: f64 = 1e-10;
 /// Step of central differences [rad or m]: truncation about 1e-10, cancellation about 1e-11 relative.
@@ -242,9 +244,21 @@ where
     }
 }
 
+/// Only the blendshapes are rounded to single precision.
+fn assert_remainder_is_kept(hand: &SkinnedHand, pose: &HandPose) {
+    let (single, double) = (forward::<f32>(hand, pose), forward::<f64>(hand, pose));
+    let remainder = single.scratch.contact_remainder();
+    for slot in 0..double.contacts.len() {
+        let sum = single.contacts.get(slot) + remainder.get(slot);
+        let error = (sum - double.contacts.get(slot)).norm();
+        assert!(error <= BLENDED, "slot {slot} is off by {error:e}");
+    }
+}
+
 /// Everything that is claimed of one pose.
 fn check(pose: &HandPose) {
     let hand = &*HAND;
+    assert_remainder_is_kept(hand, pose);
     assert_placed_as_plain::<f64>(hand, pose, DOUBLE);
     assert_placed_as_plain::<f32>(hand, pose, SINGLE);
     let pulled = pulled_back::<f64>(hand, pose);
