@@ -3,7 +3,7 @@
 //! This is what the loops of graspd-sim could do instead of carrying duals through the law: it is here to be measured, and
 //! to show what it would take. `tests/derivative_by_hand` holds it against the law.
 
-use graspd_ad::{Element, Kernel, Mask, Real};
+use graspd_ad::{Element, Kernel, Real};
 use graspd_geom::Vec3;
 use graspd_hand::{POINT_PADDING, PointBuffer};
 use graspd_sim::{ContactParams, SimulatedObject, Twist};
