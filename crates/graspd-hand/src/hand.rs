@@ -149,11 +149,21 @@ pub struct HandScratch {
     pub(crate) forces: Vec<Vec3<f64>>,
     /// Torque on each body about a point that the hand chooses, such as the origin of that body.
     pub(crate) torques: Vec<Vec3<f64>>,
+    /// See [`HandScratch::contact_remainder`].
+    pub(crate) contact_remainder: PointBuffer<f32>,
     /// What a skinned hand keeps.
     pub(crate) skinned: Option<Box<crate::mano::SkinnedScratch>>,
     /// Copies that a mirrored hand hands to its original.
     pub(crate) reflected_f32: Reflected<f32>,
     pub(crate) reflected_f64: Reflected<f64>,
+}
+
+impl HandScratch {
+    /// What the last [`Kinematics::forward`] in single precision rounded off the coordinates of the contact points
+    /// \[m\], `[n]`: with it they are exact to some 1e-10 m.
+    pub fn contact_remainder(&self) -> &PointBuffer<f32> {
+        &self.contact_remainder
+    }
 }
 
 /// Positions of a hand's points as a function of its pose, and the transpose of that function's Jacobian, in

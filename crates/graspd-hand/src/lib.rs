@@ -54,6 +54,7 @@ mod part;
 mod primitive_hand;
 mod ridges;
 mod self_collision;
+mod split;
 mod tree;
 mod urdf;
 

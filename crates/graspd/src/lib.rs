@@ -86,6 +86,7 @@ pub use error::GraspError;
 pub use execution::{
     ClosingOrder, ExecutionSettings, PlannedPreGrasp, PlannedSqueeze, plan_pre_grasp, plan_squeeze,
 };
+pub use graspd_ad::{INSTRUCTIONS_VARIABLE, Instructions, UnknownInstructions};
 pub use object::{GraspObject, NamedMesh, PAPER_PADDING, PAPER_RESOLUTION};
 pub use preset::{PRESETS, SynthesisSettings};
 pub use rank::rank_by_displacement;

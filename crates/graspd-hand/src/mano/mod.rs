@@ -21,6 +21,7 @@ mod skin;
 mod skin_kernels;
 mod skinning;
 mod spheres;
+mod split_pose;
 
 pub use file::{load_skinned_hand, load_skinned_model, parse_skinned_model};
 pub use hand::SkinnedHand;
