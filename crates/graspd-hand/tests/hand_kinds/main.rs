@@ -1,6 +1,7 @@
 //! Every kind of hand: forward kinematics against the crate `k`, pullbacks against central differences and the tape,
 //! mirror images.
 
+mod kinds;
 mod motion;
 mod pullback;
 
