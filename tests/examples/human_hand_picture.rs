@@ -1,4 +1,4 @@
-//! The picture of the built-in human hand in `docs/human-hand.md`: flat, relaxed, pinching and as a fist, from the palm and
+//! The picture of the built-in human hand in `docs/human-hand.md`: open, relaxed, pinching and as a fist, from the palm and
 //! from the thumb's side.
 //!
 //! `cargo run --release -p graspd-tests --example human_hand_picture -- docs/pictures/human-hand.png`
@@ -11,7 +11,7 @@ use graspd_view::{Camera, Color, Image, Lens, Scene, Shading, Surface, ViewError
 use nalgebra::Vector3;
 
 /// Width and height of each panel \[pixels\].
-const PANEL: (usize, usize) = (400, 400);
+const PANEL: (usize, usize) = (300, 300);
 
 /// Joints by the end of their names, and their angles from the relaxed hand \[degrees\]; the others stay relaxed.
 type Posture = &'static [(&'static str, f64)];
