@@ -15,14 +15,14 @@ use std::fs;
 use std::path::Path;
 
 use graspd::{
-    ExecutionSettings, Grasp, GraspObject, GraspRecord, NamedMesh, PAPER_RESOLUTION,
-    RunSettings, Summary, SynthesisSettings, synthesize_grasps, write_records,
+    ExecutionSettings, Grasp, GraspObject, GraspRecord, NamedMesh, PAPER_RESOLUTION, RunSettings,
+    Summary, SynthesisSettings, synthesize_grasps, write_records,
 };
 use graspd_eval::EvaluationSettings;
 use graspd_view::render_hand_pose;
 
 use hands::{ROWS, Row};
-use self_penetration::SelfPenetration;
+use self_penetration::{Overlap, SelfPenetration};
 
 /// A grasp holds that moves less than this \[cm\].
 const HOLDS: f64 = 0.5;
@@ -37,7 +37,10 @@ fn main() -> Result<(), Box<dyn Error>> {
     let count = arguments.next().map_or(Ok(10), |count| count.parse())?;
     let preset = arguments.next().unwrap_or_else(|| "default".into());
     let wanted: Vec<String> = arguments.collect();
-    if let Some(unknown) = wanted.iter().find(|name| ROWS.iter().all(|row| row.name != **name)) {
+    if let Some(unknown) = wanted
+        .iter()
+        .find(|name| ROWS.iter().all(|row| row.name != **name))
+    {
         let known: Vec<&str> = ROWS.iter().map(|row| row.name).collect();
         return Err(format!("there is no hand {unknown}; there are {}", known.join(" ")).into());
     }
@@ -65,11 +68,13 @@ fn main() -> Result<(), Box<dyn Error>> {
         let grasps = synthesize_grasps(&object, hand.as_ref(), &settings, &run, &())?;
         let records: Vec<GraspRecord> = grasps.iter().map(|grasp| grasp.record.clone()).collect();
         let measure = SelfPenetration::new(&subject.made_of)?;
-        let depths = grasps.iter().map(|grasp| measure.deepest(&grasp.pose.articulation));
-        let depths: Vec<f64> = depths.collect::<Result<_, _>>()?;
+        let depths = grasps
+            .iter()
+            .map(|grasp| measure.deepest(&grasp.pose.articulation));
+        let depths: Vec<Overlap> = depths.collect::<Result<_, _>>()?;
         eprintln!("{}", row.name);
         for (record, depth) in records.iter().zip(&depths) {
-            eprintln!("{}", line(record, *depth));
+            eprintln!("{}", line(record, depth));
         }
         figures += &figures_of(&row, &records);
         overlaps += &overlaps_of(&row, &depths);
@@ -85,7 +90,9 @@ fn main() -> Result<(), Box<dyn Error>> {
     println!(
         "| hand | SD cm | CA cm2 | IV cm3 | epsilon | deepest mm | hold | free | s a grasp |\n|---|---|---|---|---|---|---|---|---|\n{figures}"
     );
-    println!("| hand | of the best two, mm | mean, mm | deepest, mm |\n|---|---|---|---|\n{overlaps}");
+    println!(
+        "| hand | of the best two, mm | mean, mm | deepest, mm |\n|---|---|---|---|\n{overlaps}"
+    );
     Ok(())
 }
 
@@ -94,18 +101,20 @@ fn number(value: Option<f64>, digits: usize) -> String {
 }
 
 /// One grasp as it is printed while the example runs.
-fn line(record: &GraspRecord, depth: f64) -> String {
+fn line(record: &GraspRecord, overlap: &Overlap) -> String {
+    let [first, second] = &overlap.bodies;
     let metrics = record.metrics.as_ref();
     let of = |pick: fn(&graspd_eval::GraspMetrics) -> Option<f64>| metrics.and_then(pick);
     format!(
-        "  #{}: SD {} CA {} IV {} epsilon {} deepest {} mm, itself {:.2} mm, pre-grasp {}",
+        "  #{}: SD {} CA {} IV {} epsilon {} deepest {} mm, itself {:.1} mm ({first}, {second}; spheres {:.1} mm), pre-grasp {}",
         record.index,
         number(of(|m| m.sim_displacement_cm), 2),
         number(of(|m| m.contact_area_cm2), 1),
         number(of(|m| m.interpenetration_volume_cm3), 2),
         number(of(|m| m.epsilon), 2),
         number(of(|m| m.max_penetration_mm), 1),
-        1e3 * depth,
+        1e3 * overlap.depth,
+        1e3 * overlap.of_spheres,
         if is_free(record) { "free" } else { "not free" },
     )
 }
@@ -143,10 +152,16 @@ fn figures_of(row: &Row, records: &[GraspRecord]) -> String {
 }
 
 /// A row of the second table.
-fn overlaps_of(row: &Row, depths: &[f64]) -> String {
-    let of_best = depths.iter().take(2).map(|depth| format!("{:.1}", 1e3 * depth));
+fn overlaps_of(row: &Row, overlaps: &[Overlap]) -> String {
+    let depths: Vec<f64> = overlaps.iter().map(|overlap| overlap.depth).collect();
+    let of_best = depths
+        .iter()
+        .take(2)
+        .map(|depth| format!("{:.1}", 1e3 * depth));
     let mean = depths.iter().sum::<f64>() / depths.len() as f64;
-    let deepest = depths.iter().fold(0.0_f64, |deepest, depth| deepest.max(*depth));
+    let deepest = depths
+        .iter()
+        .fold(0.0_f64, |deepest, depth| deepest.max(*depth));
     format!(
         "| {} | {} | {:.1} | {:.1} |\n",
         row.title,

@@ -14,13 +14,17 @@ pub(crate) struct SelfPenetration<'a> {
     /// Of a hand of links: its parts. A skin has to be cut up anew for each pose.
     parts: Vec<SignedDistance>,
     at_rest: Vec<f64>,
+    digits: Vec<String>,
 }
 
 impl<'a> SelfPenetration<'a> {
     pub(crate) fn new(hand: &'a MadeOf) -> Result<Self, Box<dyn Error>> {
         let (parts, open) = match hand {
             MadeOf::Links(hand) => {
-                let parts = hand.parts().iter().map(|part| SignedDistance::new(&part.mesh));
+                let parts = hand
+                    .parts()
+                    .iter()
+                    .map(|part| SignedDistance::new(&part.mesh));
                 (parts.collect::<Result<_, _>>()?, hand.open_articulation())
             }
             MadeOf::Skin(hand) => (Vec::new(), hand.open_articulation()),
@@ -29,24 +33,33 @@ impl<'a> SelfPenetration<'a> {
             hand,
             parts,
             at_rest: Vec::new(),
+            digits: DIGITS.map(str::to_owned).to_vec(),
         };
         measure.at_rest = measure.depths(open)?;
         Ok(measure)
     }
 
-    /// The deepest that a surface point of one body is inside another one, its neighbours excepted \[m\].
-    pub(crate) fn deepest(&self, articulation: &[f64]) -> Result<f64, Box<dyn Error>> {
+    /// The deepest that a surface point of one body is inside another one, its neighbours excepted.
+    pub(crate) fn deepest(&self, articulation: &[f64]) -> Result<Overlap, Box<dyn Error>> {
         let depths = self.depths(articulation)?.into_iter().zip(&self.at_rest);
-        let allowed = depths.filter(|(_, at_rest)| **at_rest <= 0.0);
-        Ok(allowed.fold(0.0, |deepest, (depth, _)| deepest.max(depth)))
+        let allowed = depths
+            .enumerate()
+            .filter(|(_, (_, at_rest))| **at_rest <= 0.0);
+        let deepest = allowed.max_by(|(_, (a, _)), (_, (b, _))| a.total_cmp(b));
+        let (pair, depth) = deepest.map_or((0, 0.0), |(pair, (depth, _))| (pair, depth));
+        let (hand, names): (&dyn Hand, &[String]) = match self.hand {
+            MadeOf::Links(hand) => (hand, hand.body_names()),
+            MadeOf::Skin(hand) => (hand, &self.digits),
+        };
+        Ok(Overlap {
+            depth,
+            bodies: [pair / names.len(), pair % names.len()].map(|body| names[body].clone()),
+            of_spheres: overlap_of_spheres(hand, &at_origin(articulation)),
+        })
     }
 
     fn depths(&self, articulation: &[f64]) -> Result<Vec<f64>, Box<dyn Error>> {
-        let pose = HandPose {
-            translation: Vec3::zero(),
-            rotation: Quaternion::identity(),
-            articulation: articulation.to_vec(),
-        };
+        let pose = at_origin(articulation);
         match self.hand {
             MadeOf::Links(hand) => Ok(between_links(hand, &self.parts, &pose)),
             MadeOf::Skin(hand) => between_fingers(hand, &pose),
@@ -54,10 +67,44 @@ impl<'a> SelfPenetration<'a> {
     }
 }
 
-fn contact_points(hand: &dyn Hand, pose: &HandPose) -> Vec<Point3<f64>> {
+/// How deep a hand intersects itself.
+pub(crate) struct Overlap {
+    /// By its meshes \[m\].
+    pub(crate) depth: f64,
+    /// Where that is.
+    pub(crate) bodies: [String; 2],
+    /// By the spheres that the optimiser sees \[m\].
+    pub(crate) of_spheres: f64,
+}
+
+fn at_origin(articulation: &[f64]) -> HandPose {
+    HandPose {
+        translation: Vec3::zero(),
+        rotation: Quaternion::identity(),
+        articulation: articulation.to_vec(),
+    }
+}
+
+/// How far two spheres overlap at most that must not \[m\].
+fn overlap_of_spheres(hand: &dyn Hand, pose: &HandPose) -> f64 {
+    let (_, centers) = points_and_spheres(hand, pose);
+    let spheres = hand.collision_spheres();
+    let overlap = |&[a, b]: &[u32; 2]| {
+        let (a, b) = (a as usize, b as usize);
+        spheres.radius[a] + spheres.radius[b] - (centers.get(a) - centers.get(b)).norm()
+    };
+    spheres.pairs.iter().map(overlap).fold(0.0, f64::max)
+}
+
+fn points_and_spheres(hand: &dyn Hand, pose: &HandPose) -> (PointBuffer<f64>, PointBuffer<f64>) {
     let mut points = PointBuffer::<f64>::zeros(hand.contact_points().weight.len());
     let mut spheres = PointBuffer::zeros(hand.collision_spheres().radius.len());
     hand.forward(pose, &mut hand.new_scratch(), &mut points, &mut spheres);
+    (points, spheres)
+}
+
+fn contact_points(hand: &dyn Hand, pose: &HandPose) -> Vec<Point3<f64>> {
+    let (points, _) = points_and_spheres(hand, pose);
     (0..points.len()).map(|i| points.get(i).into()).collect()
 }
 
@@ -92,8 +139,15 @@ fn depth_in(solid: &SignedDistance, point: &Point3<f64>) -> f64 {
     (-solid.signed_distance(point)).max(0.0)
 }
 
-/// Palm, index, middle, little and ring finger and thumb.
-const DIGITS: usize = 6;
+/// By the joints in MANO's order.
+const DIGITS: [&str; 6] = [
+    "palm",
+    "index",
+    "middle",
+    "little finger",
+    "ring finger",
+    "thumb",
+];
 
 /// The digit that a joint in MANO's order belongs to; 0 is the palm.
 fn digit(body: u32) -> usize {
@@ -111,8 +165,8 @@ fn between_fingers(hand: &SkinnedHand, pose: &HandPose) -> Result<Vec<f64>, Box<
         bodies[vertex as usize] = body;
         vertices[vertex as usize] = *point;
     }
-    let mut deepest = vec![0.0_f64; DIGITS * DIGITS];
-    for of in 0..DIGITS {
+    let mut deepest = vec![0.0_f64; DIGITS.len() * DIGITS.len()];
+    for of in 0..DIGITS.len() {
         let is_own = |face: &&[u32; 3]| {
             let own = face.iter().filter(|&&v| digit(bodies[v as usize]) == of);
             own.count() >= 2
@@ -125,7 +179,7 @@ fn between_fingers(hand: &SkinnedHand, pose: &HandPose) -> Result<Vec<f64>, Box<
             let own = digit(body);
             let is_root = (own == 0 && of != 0) || (of == 0 && body % 3 == 1);
             if own != of && !is_root {
-                let entry = &mut deepest[own * DIGITS + of];
+                let entry = &mut deepest[own * DIGITS.len() + of];
                 *entry = entry.max(depth_in(&solid, point));
             }
         }
@@ -150,7 +204,9 @@ fn closed_by_fans(mut mesh: TriangleMesh) -> TriangleMesh {
         };
         // A fan runs against the faces that it meets.
         let turn = mesh.faces.iter().any(|face| is_along(face, forward[0]));
-        let fan = forward.into_iter().map(|[a, b, c]| if turn { [b, a, c] } else { [a, b, c] });
+        let fan = forward
+            .into_iter()
+            .map(|[a, b, c]| if turn { [b, a, c] } else { [a, b, c] });
         mesh.faces.extend(fan);
     }
     mesh

@@ -80,7 +80,10 @@ fn files_that_hold_no_urdf() {
 fn files_that_hold_no_model_in_manos_layout() {
     let folder = tempdir().unwrap();
     let prose = written(&folder, "prose.pkl", "a hand, honestly");
-    every_command_refuses(text(&prose), &[text(&prose), "no pickle that a MANO file could be"]);
+    every_command_refuses(
+        text(&prose),
+        &[text(&prose), "no pickle that a MANO file could be"],
+    );
     let ran = folder.path().join("ran");
     let program = format!("cposix\nsystem\n(S'touch {}'\ntR.", text(&ran));
     let program = written(&folder, "program.pkl", &program);

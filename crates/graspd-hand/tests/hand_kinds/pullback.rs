@@ -314,17 +314,31 @@ fn with_every_joint_turned_by(hand: &SkinnedHand, angle: f64) -> Vec<f64> {
     let mut wanted = vec![0.0; mean.len()];
     for joint in wanted.chunks_exact_mut(3).enumerate() {
         let (index, vector) = joint;
-        let entries = |row: &[f64; 45]| Vec3::new(row[3 * index], row[3 * index + 1], row[3 * index + 2]);
-        let axis = components.iter().map(entries).find(|axis| axis.norm() > 1e-3);
+        let entries =
+            |row: &[f64; 45]| Vec3::new(row[3 * index], row[3 * index + 1], row[3 * index + 2]);
+        let axis = components
+            .iter()
+            .map(entries)
+            .find(|axis| axis.norm() > 1e-3);
         let axis = axis.expect("every joint moves").normalize_or_zero();
         vector.copy_from_slice(&[axis.x, axis.y, axis.z].map(|entry| entry * angle));
     }
-    let basis = DMatrix::from_fn(mean.len(), components.len(), |row, column| components[column][row]);
+    let basis = DMatrix::from_fn(mean.len(), components.len(), |row, column| {
+        components[column][row]
+    });
     let offset = DVector::from_fn(mean.len(), |row, _| wanted[row] - mean[row]);
-    let solution = basis.svd(true, true).solve(&offset, 1e-9).expect("both sides were asked for");
+    let solution = basis
+        .svd(true, true)
+        .solve(&offset, 1e-9)
+        .expect("both sides were asked for");
     let coefficients: Vec<f64> = solution.as_slice().to_vec();
     let lengths = pose_lengths(hand, &coefficients);
-    assert!(lengths.iter().all(|length| (length - angle.abs()).abs() < 1e-9), "{lengths:?}");
+    assert!(
+        lengths
+            .iter()
+            .all(|length| (length - angle.abs()).abs() < 1e-9),
+        "{lengths:?}"
+    );
     coefficients
 }
 
@@ -342,7 +356,10 @@ fn pose_lengths(hand: &SkinnedHand, coefficients: &[f64]) -> Vec<f64> {
 
 #[test]
 fn of_skinned_hands_at_rotation_vectors_of_length_0_and_pi() {
-    for hand in [Some(human_hand()), make_human_hand()].into_iter().flatten() {
+    for hand in [Some(human_hand()), make_human_hand()]
+        .into_iter()
+        .flatten()
+    {
         for angle in [0.0, 1e-9, PI - 1e-9, PI, -PI, PI + 1e-9, 2.0 * PI] {
             let pose = HandPose {
                 translation: Vec3::new(0.1, -0.2, 0.05),
