@@ -16,7 +16,7 @@ pub(crate) struct Subject {
 
 pub(crate) enum MadeOf {
     Links(ArticulatedHand),
-    Skin(SkinnedHand),
+    Skin(Box<SkinnedHand>),
 }
 
 impl Subject {
@@ -25,8 +25,8 @@ impl Subject {
         match (&self.made_of, self.is_mirrored) {
             (MadeOf::Links(hand), false) => Box::new(hand.clone()),
             (MadeOf::Links(hand), true) => Box::new(hand.mirrored()),
-            (MadeOf::Skin(hand), false) => Box::new(hand.clone()),
-            (MadeOf::Skin(hand), true) => Box::new(MirroredHand::new(Box::new(hand.clone()))),
+            (MadeOf::Skin(hand), false) => hand.clone(),
+            (MadeOf::Skin(hand), true) => Box::new(MirroredHand::new(hand.clone())),
         }
     }
 }
@@ -120,15 +120,16 @@ impl Row {
     pub(crate) fn subject(&self) -> Result<Option<Subject>, Box<dyn Error>> {
         let made_of = match self.source {
             Source::Links(make) => MadeOf::Links(make(&HandOptions::default())?),
-            Source::Human => MadeOf::Skin(human(&SkinnedHandOptions::default())?),
+            Source::Human => MadeOf::Skin(Box::new(human(&SkinnedHandOptions::default())?)),
             Source::Urdf(path) => match shared_file(path) {
                 Some(file) => MadeOf::Links(load_urdf(file, &UrdfOptions::default())?),
                 None => return Ok(None),
             },
             Source::Npz(path) => match shared_file(path) {
-                Some(file) => {
-                    MadeOf::Skin(load_skinned_hand(&file, &SkinnedHandOptions::default())?)
-                }
+                Some(file) => MadeOf::Skin(Box::new(load_skinned_hand(
+                    &file,
+                    &SkinnedHandOptions::default(),
+                )?)),
                 None => return Ok(None),
             },
         };

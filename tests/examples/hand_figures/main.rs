@@ -84,7 +84,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         write_records(&at("jsonl"), &records)?;
         if let Some(Grasp { pose, .. }) = grasps.first() {
             let picture = render_hand_pose(&object.source.mesh, hand.as_ref(), pose, &[], PANEL)?;
-            picture.write_png(&at("png"))?;
+            picture.write_png(at("png"))?;
         }
     }
     println!(

@@ -49,7 +49,7 @@ impl<'a> SelfPenetration<'a> {
         let (pair, depth) = deepest.map_or((0, 0.0), |(pair, (depth, _))| (pair, depth));
         let (hand, names): (&dyn Hand, &[String]) = match self.hand {
             MadeOf::Links(hand) => (hand, hand.body_names()),
-            MadeOf::Skin(hand) => (hand, &self.digits),
+            MadeOf::Skin(hand) => (&**hand, &self.digits),
         };
         Ok(Overlap {
             depth,
