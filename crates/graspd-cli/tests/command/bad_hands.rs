@@ -101,7 +101,11 @@ fn files_that_hold_no_model_in_manos_layout() {
         .add_array("v_template", &Array2::<f64>::zeros((778, 3)))
         .unwrap();
     archive.finish().unwrap();
-    let parts = [text(&incomplete), "has no array `f`", "it has v_template"];
+    let parts = [
+        text(&incomplete),
+        "has no array `weights`",
+        "it has v_template",
+    ];
     every_command_refuses(text(&incomplete), &parts);
 }
 
