@@ -99,6 +99,8 @@ pub struct ArticulatedHand {
     local_normals: PointBuffer<f64>,
     pub(crate) spheres: CollisionSpheres,
     pub(crate) sphere_centers: Vec<Vec3<f64>>,
+    /// See [`Hand::described_closing`].
+    closing: Vec<Option<f64>>,
 }
 
 impl ArticulatedHand {
@@ -153,6 +155,7 @@ impl ArticulatedHand {
                 pairs,
             },
             sphere_centers: spheres.iter().map(|s| s.center).collect(),
+            closing: Vec::new(),
             description,
         };
         for (index, point) in padded.points.iter().enumerate() {
@@ -202,6 +205,11 @@ impl ArticulatedHand {
             let pair = [of(s), of(t)];
             pair != [a, b] && pair != [b, a]
         });
+    }
+
+    /// Lays down which way joints close.
+    pub(crate) fn describe_closing(&mut self, closing: Vec<Option<f64>>) {
+        self.closing = closing;
     }
 
     /// The links and joints.
@@ -283,6 +291,9 @@ impl Hand for ArticulatedHand {
     }
     fn followers(&self) -> Vec<String> {
         self.tree().followers()
+    }
+    fn described_closing(&self) -> &[Option<f64>] {
+        &self.closing
     }
     fn new_scratch(&self) -> HandScratch {
         let bodies = self.tree().body_count();

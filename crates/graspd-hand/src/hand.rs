@@ -231,6 +231,11 @@ pub trait Hand: Kinematics<f32> + Kinematics<f64> + Send + Sync {
     fn followers(&self) -> Vec<String> {
         Vec::new()
     }
+    /// What its description says about the way in which joints close, for [`closing_directions`](crate::closing_directions)
+    /// to follow: `[n]`, `None` where it is to be found; or empty.
+    fn described_closing(&self) -> &[Option<f64>] {
+        &[]
+    }
     /// Working memory for one worker.
     fn new_scratch(&self) -> HandScratch;
 }

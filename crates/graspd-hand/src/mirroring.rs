@@ -290,6 +290,9 @@ impl Hand for MirroredHand {
     fn followers(&self) -> Vec<String> {
         self.original.followers()
     }
+    fn described_closing(&self) -> &[Option<f64>] {
+        self.original.described_closing()
+    }
     fn new_scratch(&self) -> HandScratch {
         let contacts = self.contact_points().weight.len();
         let spheres = self.collision_spheres().radius.len();
