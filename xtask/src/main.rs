@@ -17,8 +17,9 @@ usage: cargo xtask <command>
   ci    format, layering and source rules, clippy, documentation, doctests, tests
   bench [--save NAME]
         processor times of a synthesis step by each backend, as one table; NAME keeps them for criterion
-  reproduce-table4 [--ycb DIR] [--objects LIST] [--quick]
-        the paper's RGB-D experiment: grasps on true and reconstructed meshes, judged on the true ones";
+  reproduce-table4 [--ycb DIR] [--objects LIST] [--quick] [--fresh]
+        the paper's RGB-D experiment: grasps on true and reconstructed meshes, judged on the true ones; an
+        interrupted run goes on where it was, --fresh begins anew";
 
 fn main() -> ExitCode {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
