@@ -1,10 +1,11 @@
 //! Renders captures of meshes, reconstructs them, and measures how far the results are from the meshes:
-//! `rgbd_error MESH... [--depths 5,6,7] [--noise 1] [--views 15] [--seed 0] [--trim CELLS] [--out FOLDER]`.
+//! `rgbd_error MESH... [--depths 5,6,7] [--noise 1] [--views 15] [--seed 0] [--trim CELLS] [--neighbours N]
+//! [--samples-per-cell N] [--out FOLDER]`.
 //!
 //! For each mesh one line about the fused points and one for each depth, in millimetres: the mean and the 95th percentile of
 //! the magnitude of the points' signed distance to the mesh (above 0: outside it), the same of 100 000 random points of the
 //! result, the 95th percentile and the greatest distance from random points of the mesh to the result (of all, and of those
-//! more than 5 mm above the table, which were seen), the ratio of volumes, and the seconds of CPU time.
+//! more than 5 mm above the table), the ratio of volumes, and the seconds of CPU time.
 
 mod process;
 
@@ -23,7 +24,7 @@ use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 
 const PROBES: usize = 100_000;
-/// What is nearer to the table than this is not counted as seen \[m\].
+/// What is nearer to the table than this is left out of the second \[m\].
 const FOOT: f64 = 0.005;
 
 struct Options {
@@ -32,6 +33,8 @@ struct Options {
     noise: DepthNoise,
     views: usize,
     trim: f64,
+    neighbours: usize,
+    samples_per_cell: f64,
     out: Option<PathBuf>,
 }
 
@@ -45,6 +48,8 @@ fn options() -> Result<Options, Box<dyn Error>> {
         },
         views: 15,
         trim: ReconstructionSettings::default().trim,
+        neighbours: FusionSettings::default().neighbours,
+        samples_per_cell: PoissonSettings::default().samples_per_cell,
         out: None,
     };
     let mut words = std::env::args().skip(1);
@@ -59,6 +64,8 @@ fn options() -> Result<Options, Box<dyn Error>> {
             "--seed" => options.noise.seed = value()?.parse()?,
             "--views" => options.views = value()?.parse()?,
             "--trim" => options.trim = value()?.parse()?,
+            "--neighbours" => options.neighbours = value()?.parse()?,
+            "--samples-per-cell" => options.samples_per_cell = value()?.parse()?,
             "--out" => options.out = Some(value()?.into()),
             _ => options.meshes.push(word.into()),
         }
@@ -89,7 +96,11 @@ fn measure(path: &Path, options: &Options) -> Result<(), Box<dyn Error>> {
     let start = cpu_seconds();
     let capture = read_capture(&folder, None, DepthIntrinsics::default())?;
     std::fs::remove_dir_all(&folder)?;
-    let fused = fuse(&capture, &FusionSettings::default())?;
+    let fusion = FusionSettings {
+        neighbours: options.neighbours,
+        ..FusionSettings::default()
+    };
+    let fused = fuse(&capture, &fusion)?;
     let motion = capture.object_from_world.ok_or("not a rendered capture")?;
     let truth = SignedDistance::new(&mesh)?;
     let points: Vec<Point3<f64>> = fused.cloud.points.iter().map(|p| motion * p).collect();
@@ -101,7 +112,7 @@ fn measure(path: &Path, options: &Options) -> Result<(), Box<dyn Error>> {
     );
     let lowest = mesh.bounds().ok_or("an empty mesh")?.0.z;
     let probes = sampled(&mesh, 1)?;
-    let seen: Vec<Point3<f64>> = (probes.iter().copied())
+    let higher: Vec<Point3<f64>> = (probes.iter().copied())
         .filter(|p| p.z > lowest + FOOT)
         .collect();
     for &depth in &options.depths {
@@ -109,12 +120,13 @@ fn measure(path: &Path, options: &Options) -> Result<(), Box<dyn Error>> {
         let settings = ReconstructionSettings {
             poisson: PoissonSettings {
                 depth,
+                samples_per_cell: options.samples_per_cell,
                 ..PoissonSettings::default()
             },
             trim: options.trim,
             ..ReconstructionSettings::default()
         };
-        let result = match reconstruct(&fused.cloud, &settings, &name) {
+        let result = match reconstruct(&fused.cloud, fused.table.as_ref(), &settings, &name) {
             Ok(result) => result.mesh.transformed(&motion),
             Err(error) => {
                 println!("  depth {depth}: {error}");
@@ -125,9 +137,9 @@ fn measure(path: &Path, options: &Options) -> Result<(), Box<dyn Error>> {
         let (mean, most, greatest) = summary(&sampled(&result, 2)?, &truth);
         let back = SignedDistance::new(&result)?;
         let (_, all, all_greatest) = summary(&probes, &back);
-        let (inward, near, near_greatest) = summary(&seen, &back);
+        let (inward, near, near_greatest) = summary(&higher, &back);
         println!(
-            "  depth {depth}: {mean:+.2}, {most:.2}, {greatest:.1}; back {all:.2}, {all_greatest:.1}; seen {:+.2}, {near:.2}, {near_greatest:.1}; volume {:.3}; foot {:+.1}; {} faces, {seconds:.1} s",
+            "  depth {depth}: {mean:+.2}, {most:.2}, {greatest:.1}; back {all:.2}, {all_greatest:.1}; higher {:+.2}, {near:.2}, {near_greatest:.1}; volume {:.3}; foot {:+.1}; {} faces, {seconds:.1} s",
             -inward,
             signed_volume(&result) / signed_volume(&mesh),
             1e3 * (result.bounds().ok_or("an empty result")?.0.z - lowest),

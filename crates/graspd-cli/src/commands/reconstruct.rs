@@ -7,7 +7,7 @@ use anyhow::{Context, Result, bail};
 use clap::Args;
 use clap::builder::{NonEmptyStringValueParser, PossibleValuesParser};
 use graspd_geom::{
-    DepthIntrinsics, FusedView, FusionSettings, PointCloud, PoissonSettings,
+    DepthIntrinsics, FusedView, FusionSettings, Plane, PointCloud, PoissonSettings,
     ReconstructionSettings, Registration, align_to_mesh, fuse, load_point_cloud, read_capture,
     reconstruct, require_mesh_format, save_mesh, signed_volume,
 };
@@ -26,7 +26,7 @@ pub(crate) struct Arguments {
     #[arg(short, long, value_name = "MESH")]
     output: PathBuf,
     /// Depth of the Poisson reconstruction's octree, 2 to 13: cells of the longest side / 2^depth
-    #[arg(long, default_value_t = 5)]
+    #[arg(long, default_value_t = ReconstructionSettings::default().poisson.depth)]
     depth: u32,
     /// How many views of a YCB capture, a multiple of 3 (those that were rendered, or else 15)
     #[arg(long)]
@@ -65,8 +65,8 @@ struct Seen {
     /// None of a point cloud.
     views: Vec<FusedView>,
     missing: Vec<String>,
-    /// Which way is up in the cloud's frame.
-    up: Vector3<f64>,
+    /// What the object stands on, in the cloud's frame, if that is known.
+    table: Option<Plane>,
     /// From the cloud's frame to the scanned object's, if that is known.
     object_from_cloud: Option<Isometry3<f64>>,
 }
@@ -92,7 +92,8 @@ fn build(arguments: &Arguments) -> Result<()> {
         trim: arguments.trim,
         ..ReconstructionSettings::default()
     };
-    let result = reconstruct(&seen.cloud, &settings, &label).with_context(|| label.clone())?;
+    let result = reconstruct(&seen.cloud, seen.table.as_ref(), &settings, &label)
+        .with_context(|| label.clone())?;
     let aligned = align(arguments, &seen)?;
     let (motion, frame) = frame_of(&seen, aligned.as_ref());
     let mesh = result.mesh.transformed(&motion);
@@ -177,7 +178,7 @@ fn captured(arguments: &Arguments, label: &str) -> Result<Seen> {
         raw_points: fused.raw_points,
         views: fused.views,
         missing: capture.missing,
-        up: capture.table.map_or(Vector3::z(), |table| table.normal),
+        table: fused.table,
         object_from_cloud: capture.object_from_world,
     })
 }
@@ -212,7 +213,7 @@ fn stored_cloud(arguments: &Arguments, path: &Path) -> Result<Seen> {
         raw_points,
         views: Vec::new(),
         missing: Vec::new(),
-        up: Vector3::z(),
+        table: None,
         object_from_cloud: None,
     })
 }
@@ -223,7 +224,8 @@ fn align(arguments: &Arguments, seen: &Seen) -> Result<Option<Registration>> {
         return Ok(None);
     };
     let target = load_object(name, 1.0, &arguments.repair, arguments.quiet)?;
-    let found = align_to_mesh(&seen.cloud, &seen.up, &target.mesh).with_context(|| name.clone())?;
+    let up = seen.table.map_or(Vector3::z(), |table| table.normal);
+    let found = align_to_mesh(&seen.cloud, &up, &target.mesh).with_context(|| name.clone())?;
     Ok(Some(found))
 }
 

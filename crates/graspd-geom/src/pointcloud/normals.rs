@@ -44,20 +44,25 @@ impl PointCloud {
         Ok(())
     }
 
-    /// The normals, of either sign, of the planes through each point and those of its nearest ones that belong to the
-    /// same side of the surface, by their numbers.
-    pub(crate) fn plane_normals(
+    /// The planes through each point and those of its nearest ones that belong to the same side of the surface, by their
+    /// numbers: a point of each, and its normal, of either sign.
+    pub(crate) fn planes(
         &self,
         tree: &KdTree,
         neighbours: usize,
         is_same_side: impl Fn(usize, usize) -> bool + Sync,
-    ) -> Vec<Vector3<f64>> {
+    ) -> Vec<(Point3<f64>, Vector3<f64>)> {
         (self.points.par_iter().enumerate())
             .map_init(Vec::new, |found, (i, p)| {
                 tree.nearest(p, neighbours + 1, found);
                 let near = found.iter().map(|&(_, number)| number);
-                let near: Vec<u32> = near.filter(|&j| is_same_side(i, j as usize)).collect();
-                plane_normal(&self.points, &near)
+                // The point itself at any rate.
+                let near: Vec<u32> = near
+                    .filter(|&j| j as usize == i || is_same_side(i, j as usize))
+                    .collect();
+                let sum: Vector3<f64> = near.iter().map(|&j| self.points[j as usize].coords).sum();
+                let mean = Point3::from(sum / near.len() as f64);
+                (mean, plane_normal(&self.points, &near))
             })
             .collect()
     }

@@ -3,7 +3,7 @@
 use nalgebra::Point3;
 
 use super::tabletop::{dominant_plane, standing_on};
-use super::{DepthView, RgbdCapture};
+use super::{DepthView, Plane, RgbdCapture};
 use crate::{GeometryError, KdTree, PointCloud};
 
 /// How views become a cloud.
@@ -15,7 +15,7 @@ pub struct FusionSettings {
     pub edge_jump: f64,
     /// Side of the cubes whose points are averaged \[m\].
     pub cell: f64,
-    /// Points around each that give its normal.
+    /// Points around each that give the plane to which it is moved, and its normal.
     pub neighbours: usize,
     /// Points whose mean distance to 16 neighbours is so many standard deviations above the mean are left out.
     pub outlier_deviations: f64,
@@ -73,11 +73,14 @@ pub struct FusedCloud {
     pub views: Vec<FusedView>,
     /// Points before averaging and without the strays.
     pub raw_points: usize,
+    /// What the object stands on, as the capture tells or as it was found.
+    pub table: Option<Plane>,
 }
 
 /// Makes one cloud of all views: pixels at edges left out; of views without a mask only what stands on the table (the
-/// capture's, or else the plane that most points lie on), the largest connected part; stray points left out; dense ones
-/// averaged; normals estimated and turned to the cameras. Runs on rayon's current thread pool, with the same
+/// capture's, or else the plane that most points lie on), the largest connected part; normals estimated in each view by itself
+/// and turned to its camera; dense points averaged, those of the two sides of a wall apart; stray points left out; the rest
+/// moved onto the planes of their neighbours on the same side. Runs on rayon's current thread pool, with the same
 /// result for any number of threads.
 ///
 /// # Errors
@@ -88,13 +91,16 @@ pub fn fuse(capture: &RgbdCapture, settings: &FusionSettings) -> Result<FusedClo
         .map(|view| seen_by(view, settings))
         .collect();
     let everything = joined(&clouds);
-    keep_object(capture, &mut clouds);
+    let table = keep_object(capture, &mut clouds);
     let views = (capture.views.iter().zip(&clouds))
         .map(|(view, cloud)| FusedView {
             name: view.name.clone(),
             points: cloud.points.len(),
         })
         .collect();
+    for cloud in &mut clouds {
+        cloud.estimate_normals_in_view(settings.neighbours);
+    }
     let all = joined(&clouds);
     if all.require_points().is_err() {
         // A wrong unit shows better in all that was seen than in the little that then stands on a table.
@@ -104,16 +110,17 @@ pub fn fuse(capture: &RgbdCapture, settings: &FusionSettings) -> Result<FusedClo
     let raw_points = all.points.len();
     let thinned = all.thinned(settings.cell)?;
     let mut cloud = thinned.without_outliers(16, settings.outlier_deviations);
-    cloud.estimate_normals_towards(settings.neighbours)?;
+    cloud.require_surface()?;
+    cloud.smooth(settings.neighbours);
     Ok(FusedCloud {
         cloud,
         views,
         raw_points,
+        table,
     })
 }
 
-/// A view's points, each with the direction to the camera in place of its normal: averaging then gives where a
-/// place was seen from.
+/// A view's points, each with the direction to the camera in place of its normal.
 fn seen_by(view: &DepthView, settings: &FusionSettings) -> PointCloud {
     let points = view.points(settings.edge_radius, settings.edge_jump);
     let eye = view.eye();
@@ -124,13 +131,13 @@ fn seen_by(view: &DepthView, settings: &FusionSettings) -> PointCloud {
     }
 }
 
-/// Leaves of the clouds without a mask only what stands on the table.
-fn keep_object(capture: &RgbdCapture, clouds: &mut [PointCloud]) {
+/// Leaves of the clouds without a mask only what stands on the table; gives the table, if there is one.
+fn keep_object(capture: &RgbdCapture, clouds: &mut [PointCloud]) -> Option<Plane> {
     let unmasked: Vec<usize> = (0..clouds.len())
         .filter(|&i| capture.views[i].mask.is_none())
         .collect();
     let Some(&first) = unmasked.first() else {
-        return;
+        return capture.table;
     };
     let all = unmasked
         .iter()
@@ -138,9 +145,7 @@ fn keep_object(capture: &RgbdCapture, clouds: &mut [PointCloud]) {
     let all: Vec<Point3<f64>> = all.collect();
     let eye = capture.views[first].eye();
     // Without a table, everything is the object.
-    let Some(table) = capture.table.or_else(|| dominant_plane(&all, &eye)) else {
-        return;
-    };
+    let table = capture.table.or_else(|| dominant_plane(&all, &eye))?;
     let mut kept = standing_on(&all, &table).into_iter().peekable();
     let mut start = 0;
     for i in unmasked {
@@ -152,6 +157,7 @@ fn keep_object(capture: &RgbdCapture, clouds: &mut [PointCloud]) {
         clouds[i] = clouds[i].selected(&own);
         start = end;
     }
+    Some(table)
 }
 
 fn joined(clouds: &[PointCloud]) -> PointCloud {
@@ -168,27 +174,37 @@ fn joined(clouds: &[PointCloud]) -> PointCloud {
 }
 
 impl PointCloud {
-    /// Estimates outward normals where the directions to the cameras stand in their place: from the plane through each
-    /// point and those of its `neighbours` nearest ones that were seen from the same side, turned to the camera. So both
-    /// sides of a thin wall keep their own.
-    ///
-    /// # Errors
-    /// As [`PointCloud::require_surface`].
-    pub(super) fn estimate_normals_towards(
-        &mut self,
-        neighbours: usize,
-    ) -> Result<(), GeometryError> {
-        self.require_surface()?;
-        let directions = std::mem::take(&mut self.normals);
-        let tree = KdTree::new(&self.points);
-        self.normals = self.plane_normals(&tree, neighbours, |i, j| {
-            directions[i].dot(&directions[j]) > 0.0
-        });
-        for (normal, direction) in self.normals.iter_mut().zip(&directions) {
-            if normal.dot(direction) < 0.0 {
-                *normal = -*normal;
-            }
+    /// Puts normals in place of the directions to the camera that saw all the points: of the planes through each point and its
+    /// nearest ones, turned to the camera. Of fewer points than make a surface, the directions stay.
+    fn estimate_normals_in_view(&mut self, neighbours: usize) {
+        if self.require_surface().is_err() {
+            return;
         }
-        Ok(())
+        let planes = self.planes(&KdTree::new(&self.points), neighbours, |_, _| true);
+        for (normal, (_, found)) in self.normals.iter_mut().zip(planes) {
+            *normal = if found.dot(normal) < 0.0 {
+                -found
+            } else {
+                found
+            };
+        }
+    }
+
+    /// Moves each point onto the plane through it and those of its nearest ones whose normals look the same way, and gives
+    /// it that plane's normal: noise is averaged, and both sides of a thin wall keep their own.
+    fn smooth(&mut self, neighbours: usize) {
+        let normals = &self.normals;
+        let planes = self.planes(&KdTree::new(&self.points), neighbours, |i, j| {
+            normals[i].dot(&normals[j]) > 0.0
+        });
+        let rest = self.points.iter_mut().zip(&mut self.normals);
+        for ((point, normal), (on_plane, found)) in rest.zip(planes) {
+            *point -= found * found.dot(&(*point - on_plane));
+            *normal = if found.dot(normal) < 0.0 {
+                -found
+            } else {
+                found
+            };
+        }
     }
 }

@@ -2,6 +2,7 @@
 
 mod camera;
 mod capture;
+mod clipping;
 mod depth_image;
 mod fusing;
 mod hdf5_file;
