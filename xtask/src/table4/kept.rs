@@ -57,7 +57,7 @@ mod tests {
         fs::create_dir_all(&folder).unwrap();
         let mesh = folder.join("mesh.obj");
         fs::write(&mesh, "v 0 0 0").unwrap();
-        let kept = |asked| Kept::new(&folder, asked, &[&mesh, Path::new("can")]).unwrap();
+        let kept = |asked| Kept::new(&folder, asked, &[mesh.as_path(), Path::new("can")]).unwrap();
         assert_eq!(kept("10 grasps").row(), None);
         let means = Means {
             area_cm2: 20.25,

@@ -144,7 +144,7 @@ impl Experiment {
         let kept = Kept::new(
             &folder,
             &asked,
-            &[&self.graspd, Path::new(&subject.argument)],
+            &[self.graspd.as_path(), Path::new(&subject.argument)],
         )?;
         let pictures = ["truth", "rgbd"].map(|name| self.picture(subject, name));
         if !is_fresh

@@ -44,25 +44,13 @@ impl PointCloud {
         Ok(())
     }
 
-    /// The planes through each point and those of its nearest ones that belong to the same side of the surface, by their
-    /// numbers: a point of each, and its normal, of either sign.
-    pub(crate) fn planes(
-        &self,
-        tree: &KdTree,
-        neighbours: usize,
-        is_same_side: impl Fn(usize, usize) -> bool + Sync,
-    ) -> Vec<(Point3<f64>, Vector3<f64>)> {
-        (self.points.par_iter().enumerate())
-            .map_init(Vec::new, |found, (i, p)| {
+    /// The normals, of either sign, of the planes through each point and its nearest ones.
+    pub(crate) fn plane_normals(&self, tree: &KdTree, neighbours: usize) -> Vec<Vector3<f64>> {
+        (self.points.par_iter())
+            .map_init(Vec::new, |found, p| {
                 tree.nearest(p, neighbours + 1, found);
-                let near = found.iter().map(|&(_, number)| number);
-                // The point itself at any rate.
-                let near: Vec<u32> = near
-                    .filter(|&j| j as usize == i || is_same_side(i, j as usize))
-                    .collect();
-                let sum: Vector3<f64> = near.iter().map(|&j| self.points[j as usize].coords).sum();
-                let mean = Point3::from(sum / near.len() as f64);
-                (mean, plane_normal(&self.points, &near))
+                let near: Vec<u32> = found.iter().map(|&(_, number)| number).collect();
+                plane_normal(&self.points, &near)
             })
             .collect()
     }
@@ -149,7 +137,7 @@ impl PointCloud {
 }
 
 /// The direction in which points spread least.
-fn plane_normal(points: &[Point3<f64>], near: &[u32]) -> Vector3<f64> {
+pub(crate) fn plane_normal(points: &[Point3<f64>], near: &[u32]) -> Vector3<f64> {
     let of = |&number: &u32| points[number as usize].coords;
     let mean = near.iter().map(of).sum::<Vector3<f64>>() / near.len() as f64;
     let spread: Matrix3<f64> = (near.iter())

@@ -2,9 +2,15 @@
 
 use nalgebra::Point3;
 
+use super::smoothing::smooth;
 use super::tabletop::{dominant_plane, standing_on};
 use super::{DepthView, Plane, RgbdCapture};
 use crate::{GeometryError, KdTree, PointCloud};
+
+/// Every so many views are enough to find the table by.
+const TABLE_VIEWS: usize = 4;
+/// An object stands on a plane that its lowest points are so near to \[m\].
+const STANDS_WITHIN: f64 = 0.01;
 
 /// How views become a cloud.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -15,7 +21,7 @@ pub struct FusionSettings {
     pub edge_jump: f64,
     /// Side of the cubes whose points are averaged \[m\].
     pub cell: f64,
-    /// Points around each that give the plane to which it is moved, and its normal.
+    /// Points around each that give the surface to which it is moved, and its normal: 6 or more.
     pub neighbours: usize,
     /// Points whose mean distance to 16 neighbours is so many standard deviations above the mean are left out.
     pub outlier_deviations: f64,
@@ -39,7 +45,7 @@ impl FusionSettings {
             ("edge_radius", self.edge_radius as f64, 0.0, 50.0),
             ("edge_jump", self.edge_jump, 1e-4, 10.0),
             ("cell", self.cell, 1e-5, 0.1),
-            ("neighbours", self.neighbours as f64, 3.0, 1000.0),
+            ("neighbours", self.neighbours as f64, 6.0, 1000.0),
             ("outlier_deviations", self.outlier_deviations, 0.1, 1e6),
         ] {
             if !(low..=high).contains(&value) {
@@ -80,7 +86,7 @@ pub struct FusedCloud {
 /// Makes one cloud of all views: pixels at edges left out; of views without a mask only what stands on the table (the
 /// capture's, or else the plane that most points lie on), the largest connected part; normals estimated in each view by itself
 /// and turned to its camera; dense points averaged, those of the two sides of a wall apart; stray points left out; the rest
-/// moved onto the planes of their neighbours on the same side. Runs on rayon's current thread pool, with the same
+/// moved onto quadratic surfaces through their neighbours on the same side. Runs on rayon's current thread pool, with the same
 /// result for any number of threads.
 ///
 /// # Errors
@@ -91,7 +97,7 @@ pub fn fuse(capture: &RgbdCapture, settings: &FusionSettings) -> Result<FusedClo
         .map(|view| seen_by(view, settings))
         .collect();
     let everything = joined(&clouds);
-    let table = keep_object(capture, &mut clouds);
+    let stood_on = keep_object(capture, &mut clouds);
     let views = (capture.views.iter().zip(&clouds))
         .map(|(view, cloud)| FusedView {
             name: view.name.clone(),
@@ -107,11 +113,12 @@ pub fn fuse(capture: &RgbdCapture, settings: &FusionSettings) -> Result<FusedClo
         everything.require_points()?;
     }
     all.require_points()?;
+    let table = stood_on.or_else(|| found_below(capture, &all, settings));
     let raw_points = all.points.len();
     let thinned = all.thinned(settings.cell)?;
     let mut cloud = thinned.without_outliers(16, settings.outlier_deviations);
     cloud.require_surface()?;
-    cloud.smooth(settings.neighbours);
+    smooth(&mut cloud, settings.neighbours);
     Ok(FusedCloud {
         cloud,
         views,
@@ -160,6 +167,29 @@ fn keep_object(capture: &RgbdCapture, clouds: &mut [PointCloud]) -> Option<Plane
     Some(table)
 }
 
+/// The table in views with masks: the plane that most points lie on of what is not masked, if the object stands on it.
+fn found_below(
+    capture: &RgbdCapture,
+    object: &PointCloud,
+    settings: &FusionSettings,
+) -> Option<Plane> {
+    let mut whole: Vec<Point3<f64>> = Vec::new();
+    for view in capture.views.iter().step_by(TABLE_VIEWS) {
+        let unmasked = DepthView {
+            mask: None,
+            ..view.clone()
+        };
+        whole.extend(unmasked.points(settings.edge_radius, settings.edge_jump));
+    }
+    let table = dominant_plane(&whole, &capture.views.first()?.eye())?;
+    let heights = object.points.iter().map(|p| table.height(p));
+    let mut heights: Vec<f64> = heights.collect();
+    heights.sort_unstable_by(f64::total_cmp);
+    // But for strays.
+    let low = *heights.get(heights.len() / 100)?;
+    (low.abs() < STANDS_WITHIN).then_some(table)
+}
+
 fn joined(clouds: &[PointCloud]) -> PointCloud {
     PointCloud {
         points: clouds
@@ -180,26 +210,8 @@ impl PointCloud {
         if self.require_surface().is_err() {
             return;
         }
-        let planes = self.planes(&KdTree::new(&self.points), neighbours, |_, _| true);
-        for (normal, (_, found)) in self.normals.iter_mut().zip(planes) {
-            *normal = if found.dot(normal) < 0.0 {
-                -found
-            } else {
-                found
-            };
-        }
-    }
-
-    /// Moves each point onto the plane through it and those of its nearest ones whose normals look the same way, and gives
-    /// it that plane's normal: noise is averaged, and both sides of a thin wall keep their own.
-    fn smooth(&mut self, neighbours: usize) {
-        let normals = &self.normals;
-        let planes = self.planes(&KdTree::new(&self.points), neighbours, |i, j| {
-            normals[i].dot(&normals[j]) > 0.0
-        });
-        let rest = self.points.iter_mut().zip(&mut self.normals);
-        for ((point, normal), (on_plane, found)) in rest.zip(planes) {
-            *point -= found * found.dot(&(*point - on_plane));
+        let planes = self.plane_normals(&KdTree::new(&self.points), neighbours);
+        for (normal, found) in self.normals.iter_mut().zip(planes) {
             *normal = if found.dot(normal) < 0.0 {
                 -found
             } else {

@@ -13,6 +13,7 @@ mod reconstruction;
 mod registration;
 mod render;
 mod simple;
+mod smoothing;
 mod tabletop;
 mod turntable;
 mod ycb;

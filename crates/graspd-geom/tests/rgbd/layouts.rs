@@ -119,6 +119,14 @@ fn points_of_a_rendered_capture_lie_on_the_mesh() {
             .iter()
             .any(|p| p.z.abs() < 0.001 && p.coords.xy().norm() > 0.15)
     );
+    // With masks it is found where it is not told.
+    let mut untold = capture.clone();
+    untold.table = None;
+    let table = fuse(&untold, &FusionSettings::default())
+        .unwrap()
+        .table
+        .unwrap();
+    assert!((table.normal - Vector3::z()).norm() < 1e-4 && table.offset.abs() < 1e-4);
     // Without masks the table is found, and what stands on it is the object.
     let fused = fuse(&without, &FusionSettings::default()).unwrap();
     assert!(fused.cloud.points.len() > 2000);
