@@ -35,8 +35,8 @@ pub(super) const SILHOUETTE_JUMP: f64 = 0.02;
 /// independent, where those of a real camera have part of their noise in common with their neighbours.
 ///
 /// # Source
-/// Deviations: Nguyen, Izadi and Lovell, "Modeling Kinect sensor noise for improved 3D reconstruction and tracking", 3DIMPVT 2012,
-/// equations 1 to 3 (measured). Steps: Barron and Malik, "Intrinsic scene properties from a single RGB-D image", CVPR 2013
+/// Deviations: Nguyen, Izadi and Lovell, "Modeling Kinect sensor noise for improved 3D reconstruction and tracking", 3DIMPVT 2012
+/// (fitted to measurements). Steps: Barron and Malik, "Intrinsic scene properties from a single RGB-D image", CVPR 2013
 /// (disparity 35130 / depth in cm), which agrees with Khoshelham and Oude Elberink, "Accuracy and resolution of Kinect depth data
 /// for indoor mapping applications", Sensors 12 (2012): 2.85 mm at 1 m. The probabilities of a loss are ours, and not measured.
 #[derive(Clone, Copy, Debug, PartialEq)]
