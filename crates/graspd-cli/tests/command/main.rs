@@ -6,6 +6,7 @@ mod bad_outputs;
 mod bad_records;
 mod bad_settings;
 mod cache;
+mod captures;
 mod determinism;
 mod distance_grid;
 mod foreign_grasps;
