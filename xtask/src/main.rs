@@ -7,6 +7,7 @@ mod edges;
 mod sources;
 mod steps;
 mod table4;
+mod viewer;
 
 use std::path::Path;
 use std::process::ExitCode;
@@ -18,7 +19,9 @@ usage: cargo xtask <command>
   bench [--save NAME]
         processor times of a synthesis step by each backend, as one table; NAME keeps them for criterion
   reproduce-table4 [--ycb DIR] [--objects LIST] [--quick]
-        the paper's RGB-D experiment: grasps on true and reconstructed meshes, judged on the true ones";
+        the paper's RGB-D experiment: grasps on true and reconstructed meshes, judged on the true ones
+  viewer [--check]
+        bundles the script of the page of graspd view with npm, or checks that it is what its sources give";
 
 fn main() -> ExitCode {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
@@ -42,6 +45,8 @@ fn main() -> ExitCode {
                 ExitCode::from(2)
             }
         },
+        ["viewer"] => exit_code(viewer::rebuild(&root)),
+        ["viewer", "--check"] => exit_code(viewer::check(&root)),
         ["help" | "--help" | "-h"] => {
             println!("{USAGE}");
             ExitCode::SUCCESS

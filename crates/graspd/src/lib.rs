@@ -63,6 +63,7 @@ mod error;
 mod execution;
 mod object;
 mod preset;
+mod pressing;
 mod rank;
 mod record;
 mod record_file;
@@ -78,6 +79,7 @@ pub use execution::{
 };
 pub use object::{GraspObject, NamedMesh, PAPER_PADDING, PAPER_RESOLUTION};
 pub use preset::{PRESETS, SynthesisSettings};
+pub use pressing::{PressingContact, pressing_contacts};
 pub use rank::rank_by_displacement;
 pub use record::{
     GraspRecord, OptimizerRecord, PreGrasp, RecordedPose, SCHEMA, Seconds, Squeeze, named_joints,
