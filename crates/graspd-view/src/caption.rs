@@ -16,13 +16,13 @@ impl TextStyle {
     /// A heading.
     pub(crate) const TITLE: Self = Self {
         weight: FontWeight::Bold,
-        height: RasterHeight::Size20,
+        height: RasterHeight::Size24,
         color: Color::new(36, 41, 46),
     };
     /// What stands below it.
     pub(crate) const BODY: Self = Self {
         weight: FontWeight::Regular,
-        height: RasterHeight::Size16,
+        height: RasterHeight::Size20,
         color: Color::new(88, 96, 105),
     };
 
@@ -59,7 +59,7 @@ pub(crate) fn draw_text(image: &mut Image, x: usize, y: usize, text: &str, style
         let Some(glyph) = glyph else {
             continue;
         };
-        for (row, levels) in glyph.raster().iter().enumerate() {
+        for (row, levels) in glyph.rows().enumerate() {
             for (column, level) in levels.iter().enumerate() {
                 let (column, row) = (left + column, y + row);
                 if *level == 0 || column >= width || row >= height {

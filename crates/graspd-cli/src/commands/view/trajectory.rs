@@ -91,11 +91,9 @@ fn read(file: File, joints: usize, grasps: usize) -> Result<Trajectories> {
             articulation: articulation.row(row).to_vec(),
         };
         let q = pose.rotation;
-        let mut numbers = t
-            .iter()
-            .chain(&pose.articulation)
-            .chain([&q.w, &q.x, &q.y, &q.z]);
-        if !numbers.all(|number| number.is_finite()) {
+        let base = [t[0], t[1], t[2], q.w, q.x, q.y, q.z];
+        let is_finite = |number: &f64| number.is_finite();
+        if !(base.iter().all(is_finite) && pose.articulation.iter().all(is_finite)) {
             bail!("row {row} has a number that is not finite, or a zero quaternion");
         }
         let grasp = by_index.entry(index[row] as usize).or_default();
