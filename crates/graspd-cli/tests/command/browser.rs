@@ -12,7 +12,7 @@ use serde_json::{Value, json};
 use tempfile::TempDir;
 
 /// An answer that takes longer will not come.
-const PATIENCE: Duration = Duration::from_secs(60);
+const PATIENCE: Duration = Duration::from_secs(120);
 
 /// Names under which the browser is installed.
 const NAMES: [&str; 4] = [
@@ -223,12 +223,17 @@ impl Page {
     /// Drags by the mouse, from the middle of an element.
     pub(crate) fn drag(&mut self, selector: &str, by: [f64; 2]) {
         let [x, y] = self.place_of(selector);
+        let inside = |x: f64, y: f64| [x.max(1.0), y.max(1.0)];
         self.mouse("mousePressed", [x, y], 1);
         for part in 1..=4 {
             let share = f64::from(part) / 4.0;
-            self.mouse("mouseMoved", [x + share * by[0], y + share * by[1]], 1);
+            self.mouse(
+                "mouseMoved",
+                inside(x + share * by[0], y + share * by[1]),
+                1,
+            );
         }
-        self.mouse("mouseReleased", [x + by[0], y + by[1]], 0);
+        self.mouse("mouseReleased", inside(x + by[0], y + by[1]), 0);
     }
 
     fn mouse(&mut self, kind: &str, [x, y]: [f64; 2], buttons: u32) {

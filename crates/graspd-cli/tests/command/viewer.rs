@@ -101,12 +101,17 @@ fn the_page_shows_grasps_and_obeys_mouse_and_keys() {
     page.press("Home");
     assert_eq!(page.state()["rank"], 1);
 
-    // Sorted by contact area, largest first: the order is that of the records.
-    page.click("th:nth-child(5) button");
-    page.click("th:nth-child(5) button");
-    let cells = page.value(
-        "[...document.querySelectorAll('tbody tr')].map(row => Number(row.cells[4].textContent))",
+    // Sorted by contact area, largest first.
+    let column = page.value(
+        "[...document.querySelectorAll('th')].findIndex(cell => cell.textContent.startsWith('CA'))",
     );
+    let column = column.as_u64().unwrap();
+    let heading = format!("th:nth-child({}) button", column + 1);
+    page.click(&heading);
+    page.click(&heading);
+    let cells = page.value(&format!(
+        "[...document.querySelectorAll('tbody tr')].map(row => Number(row.cells[{column}].textContent))"
+    ));
     let areas: Vec<f64> = cells
         .as_array()
         .unwrap()

@@ -74,6 +74,8 @@ pub(crate) struct Arguments {
 
 /// What there is to see.
 pub(super) struct Subject {
+    /// Where the records are.
+    file: PathBuf,
     /// Best first.
     records: Vec<GraspRecord>,
     /// One for each record.
@@ -103,10 +105,11 @@ fn view(arguments: &Arguments) -> Result<()> {
     }
     let [(_, page), (_, sheet), (_, strip)] = outputs;
     let total = subject.records.len();
+    let told_of = || subject.file.display().to_string();
     let mut text = String::new();
     if let Some(file) = page {
         let shown = arguments.count.unwrap_or(MOST_IN_PAGE).min(total);
-        let html = page::html(&subject, shown).with_context(|| file.display().to_string())?;
+        let html = page::html(&subject, shown).with_context(told_of)?;
         write_atomically(&file, html.as_bytes())?;
         if html.len() > LARGE_PAGE {
             let size = html.len() as f64 / 1e6;
@@ -120,12 +123,14 @@ fn view(arguments: &Arguments) -> Result<()> {
     }
     if let Some(file) = sheet {
         let shown = arguments.count.unwrap_or(MOST_IN_SHEET).min(total);
-        pictures::sheet(&subject, shown, arguments.columns)?.write_png(&file)?;
+        let sheet = pictures::sheet(&subject, shown, arguments.columns);
+        sheet.with_context(told_of)?.write_png(&file)?;
         text += &told(&file, shown, total, "picture");
     }
     if let Some(file) = strip {
         let place = subject.place_of(arguments.grasp, &arguments.grasps)?;
-        pictures::strip(&subject, place)?.write_png(&file)?;
+        let strip = pictures::strip(&subject, place);
+        strip.with_context(told_of)?.write_png(&file)?;
         let index = subject.records[place].index;
         text += &format!(
             "{}: picture of grasp #{index}, step by step\n",
@@ -220,6 +225,7 @@ impl Subject {
         let trajectories =
             Trajectories::beside(&file, hand.articulation_names().len(), records.len())?;
         Ok(Self {
+            file,
             records,
             poses,
             hand,
