@@ -125,7 +125,7 @@ impl Page {
         }
         let url = format!("file://{}", file.canonicalize().unwrap().display());
         page.call("Page.navigate", json!({"url": url}));
-        page.wait_for("document.documentElement.dataset.state !== undefined");
+        page.wait_for("document.documentElement?.dataset.state !== undefined");
         page
     }
 

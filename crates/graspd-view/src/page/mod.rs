@@ -249,7 +249,10 @@ impl GraspFrames {
         let surface = page.hand.surface(&at_grasp.pose);
         let palm = palm_in_object_frame(page.hand.palm(), &at_grasp.pose);
         let [(look, _), ..] = grasp_directions(page.object, &surface, Some(&palm));
-        let mut points = page.object.vertices.iter().chain(&surface.vertices);
+        // The whole way is in view: it begins farthest away.
+        let before = page.hand.surface(&poses[0]);
+        let hands = surface.vertices.iter().chain(&before.vertices);
+        let mut points = page.object.vertices.iter().chain(hands);
         let first = points.next().copied().unwrap_or(Point3::origin());
         let (low, high) = points.fold((first, first), |(low, high), p| (low.inf(p), high.sup(p)));
         Ok(Self {
