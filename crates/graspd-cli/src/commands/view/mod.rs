@@ -222,8 +222,7 @@ impl Subject {
             check_distance(&file, record, &hand.surface(pose), &object)?;
         }
         let distance = SignedDistance::new(&object.mesh).with_context(|| object.label())?;
-        let trajectories =
-            Trajectories::beside(&file, hand.articulation_names().len(), records.len())?;
+        let trajectories = Trajectories::beside(&file, hand.articulation_names().len())?;
         Ok(Self {
             file,
             records,

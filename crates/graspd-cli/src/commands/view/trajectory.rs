@@ -11,11 +11,6 @@ use graspd_view::Optimization;
 use ndarray::{Array1, Array2};
 use ndarray_npy::{NpzReader, ReadableElement};
 
-/// More poses in one file can hardly be meant; their arrays would fill the memory.
-const MOST_ROWS_OF_A_GRASP: usize = 1_000_000;
-/// A file of more bytes for each row is not what `graspd synth` writes \[numbers\].
-const MOST_COLUMNS: usize = 1000;
-
 /// The optimisations of a run by the index of their grasp.
 #[derive(Default)]
 pub(super) struct Trajectories {
@@ -27,7 +22,7 @@ impl Trajectories {
     ///
     /// # Errors
     /// If the file cannot be read, or is not about a hand of so many joints.
-    pub(super) fn beside(records: &Path, joints: usize, grasps: usize) -> Result<Self> {
+    pub(super) fn beside(records: &Path, joints: usize) -> Result<Self> {
         let path = records.with_file_name("trajectory.npz");
         let file = match File::open(&path) {
             Ok(file) => file,
@@ -36,7 +31,7 @@ impl Trajectories {
             }
             Err(error) => return Err(error).with_context(|| hint(&path)),
         };
-        read(file, joints, grasps).with_context(|| hint(&path))
+        read(file, joints).with_context(|| hint(&path))
     }
 
     pub(super) fn of(&self, index: usize) -> Option<&Optimization> {
@@ -51,13 +46,10 @@ fn hint(path: &Path) -> String {
     )
 }
 
-fn read(file: File, joints: usize, grasps: usize) -> Result<Trajectories> {
+fn read(file: File, joints: usize) -> Result<Trajectories> {
     let mut npz = NpzReader::new(file)?;
     let index: Array1<u64> = column(&mut npz, "index")?;
     let rows = index.len();
-    if rows > MOST_ROWS_OF_A_GRASP.saturating_mul(grasps) {
-        bail!("it has {rows} rows");
-    }
     let step: Array1<u64> = column(&mut npz, "step")?;
     if step.len() != rows {
         bail!("`step` has {} rows, `index` has {rows}", step.len());
@@ -73,7 +65,7 @@ fn read(file: File, joints: usize, grasps: usize) -> Result<Trajectories> {
     };
     let translation = matrix("translation_m", 3)?;
     let rotation = matrix("rotation_wxyz", 4)?;
-    let articulation = matrix("articulation", joints.min(MOST_COLUMNS))?;
+    let articulation = matrix("articulation", joints)?;
     let losses = matrix("losses", super::page::LOSSES.len())?;
 
     let mut by_index: HashMap<usize, Optimization> = HashMap::new();
