@@ -5,7 +5,7 @@ use serde::Serialize;
 
 use super::block::{Block, Section};
 
-/// Samples along each axis; interpolated, they are within about 0.1 mm on smooth surfaces of a hand-sized object.
+/// Samples along each axis.
 const SAMPLES: usize = 96;
 /// Distances beyond this are cut off \[m\].
 const RANGE: f64 = 0.005;

@@ -171,7 +171,7 @@ struct GraspFrames {
 ///
 /// It holds everything that it shows: scripts (three.js among them), styles, meshes and poses. A hand of rigid links is
 /// stored once with the poses of its links at each frame; a skin with its vertices at each frame, to 16 bits. Of long
-/// optimisations, frames are left out (losses are not) so that a page of 50 grasps stays below 10 MB; objects
+/// optimisations, frames are left out (losses are not) so that the page stays small; objects
 /// of more than 150 000 faces are thinned out for the eye. Text from outside cannot end the elements that it stands in.
 ///
 /// # Errors
