@@ -11,6 +11,7 @@ mod objects;
 mod sources;
 mod steps;
 mod table4;
+mod viewer;
 
 use std::path::Path;
 use std::process::ExitCode;
@@ -29,7 +30,9 @@ usage: cargo xtask <command>
         differences to an earlier run are significant
   reproduce-table4 [--ycb DIR] [--objects LIST] [--quick] [--fresh]
         the paper's RGB-D experiment: grasps on true and reconstructed meshes, judged on the true ones; an
-        interrupted run goes on where it was, --fresh begins anew";
+        interrupted run goes on where it was, --fresh begins anew
+  viewer [--check]
+        bundles the script of the page of graspd view with npm, or checks that it is what its sources give";
 
 fn main() -> ExitCode {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
@@ -62,6 +65,8 @@ fn main() -> ExitCode {
                 ExitCode::from(2)
             }
         },
+        ["viewer"] => exit_code(viewer::rebuild(&root)),
+        ["viewer", "--check"] => exit_code(viewer::check(&root)),
         ["help" | "--help" | "-h"] => {
             println!("{USAGE}");
             ExitCode::SUCCESS

@@ -237,16 +237,6 @@ impl ArticulatedHand {
         let frame = self.tree().links().iter().find(|l| l.name == link)?;
         Some(self.body_poses(pose)[frame.body].compose(&frame.placement))
     }
-
-    fn body_poses(&self, pose: &HandPose) -> Vec<Rigid<f64>> {
-        let mut poses = vec![Rigid::identity(); self.tree().body_count()];
-        let base = Rigid {
-            rotation: pose.rotation.to_matrix(),
-            translation: pose.translation,
-        };
-        self.tree().forward(&base, &pose.articulation, &mut poses);
-        poses
-    }
 }
 
 impl Hand for ArticulatedHand {
@@ -285,6 +275,18 @@ impl Hand for ArticulatedHand {
             surface.append(&part.mesh.transformed(&poses[part.body]));
         }
         surface
+    }
+    fn rigid_parts(&self) -> Vec<Part> {
+        self.parts().to_vec()
+    }
+    fn body_poses(&self, pose: &HandPose) -> Vec<Rigid<f64>> {
+        let mut poses = vec![Rigid::identity(); self.tree().body_count()];
+        let base = Rigid {
+            rotation: pose.rotation.to_matrix(),
+            translation: pose.translation,
+        };
+        self.tree().forward(&base, &pose.articulation, &mut poses);
+        poses
     }
     fn notes(&self) -> &[String] {
         &self.description.notes

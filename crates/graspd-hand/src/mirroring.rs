@@ -7,7 +7,7 @@ use nalgebra::{Point3, Vector3};
 use crate::split::set_split;
 use crate::{
     CollisionSpheres, ContactPoints, Hand, HandPose, HandScratch, Kinematics, Limit, PalmFrame,
-    PointBuffer, PoseGradient,
+    Part, PointBuffer, PoseGradient,
 };
 
 /// A reflection at a plane through the origin: S = I - 2 n n^T.
@@ -280,6 +280,21 @@ impl Hand for MirroredHand {
     fn surface(&self, pose: &HandPose) -> TriangleMesh {
         self.reflection
             .mesh(&self.original.surface(&self.reflection.pose(pose)))
+    }
+    fn rigid_parts(&self) -> Vec<Part> {
+        let reflected = |part: Part| Part {
+            mesh: self.reflection.mesh(&part.mesh),
+            ..part
+        };
+        let parts = self.original.rigid_parts();
+        parts.into_iter().map(reflected).collect()
+    }
+    fn body_poses(&self, pose: &HandPose) -> Vec<Rigid<f64>> {
+        let poses = self.original.body_poses(&self.reflection.pose(pose));
+        poses
+            .iter()
+            .map(|pose| self.reflection.rigid(pose))
+            .collect()
     }
     fn notes(&self) -> &[String] {
         self.original.notes()

@@ -69,6 +69,7 @@ mod execution;
 mod object;
 mod overrides;
 mod preset;
+mod pressing;
 mod rank;
 mod record;
 mod record_file;
@@ -89,6 +90,7 @@ pub use execution::{
 pub use graspd_ad::{INSTRUCTIONS_VARIABLE, Instructions, UnknownInstructions};
 pub use object::{GraspObject, NamedMesh, PAPER_PADDING, PAPER_RESOLUTION};
 pub use preset::{PRESETS, SynthesisSettings};
+pub use pressing::{PressingContact, pressing_contacts};
 pub use rank::rank_by_displacement;
 pub use record::{
     GraspRecord, OptimizerRecord, PreGrasp, RecordedPose, SCHEMA, Seconds, Squeeze, named_joints,
