@@ -2,7 +2,7 @@
 
 use graspd_ad::{Dual, Element, Kernel, Lanes, Real, vectorize};
 use graspd_geom::Vec3;
-use graspd_hand::{POINT_PADDING, PointBuffer};
+use graspd_hand::{HandScratch, POINT_PADDING, PointBuffer};
 
 use crate::contact::ContactState;
 use crate::fused::{FusedKernel, TargetRule};
@@ -19,6 +19,13 @@ pub(crate) const WRENCH_LEN: usize = 6;
 pub trait Precision: Element {
     /// How many contacts are evaluated at a time.
     const CONTACTS_AT_A_TIME: usize;
+    /// Whether hands give what rounding has left of the contacts' coordinates.
+    #[doc(hidden)]
+    const HAS_REMAINDER: bool;
+
+    /// What rounding left of the coordinates of contact points, if it is kept, `[n]`.
+    #[doc(hidden)]
+    fn remainder(scratch: &HandScratch) -> Option<&PointBuffer<Self>>;
 
     /// The wrench of every contact for every object velocity, `[blocks of 8][J][6][8]`.
     fn wrenches(contacts: &ContactLoop<'_, Self>, wrenches: &mut [Self]);
@@ -48,6 +55,10 @@ pub trait Precision: Element {
 
 impl Precision for f64 {
     const CONTACTS_AT_A_TIME: usize = 1;
+    const HAS_REMAINDER: bool = false;
+    fn remainder(_scratch: &HandScratch) -> Option<&PointBuffer<f64>> {
+        None
+    }
     fn wrenches(contacts: &ContactLoop<'_, f64>, wrenches: &mut [f64]) {
         WrenchKernel { contacts, wrenches }.run_with::<f64>();
     }
@@ -86,6 +97,10 @@ impl Precision for f64 {
 
 impl Precision for f32 {
     const CONTACTS_AT_A_TIME: usize = Lanes::LANES;
+    const HAS_REMAINDER: bool = true;
+    fn remainder(scratch: &HandScratch) -> Option<&PointBuffer<f32>> {
+        Some(scratch.contact_remainder())
+    }
     fn wrenches(contacts: &ContactLoop<'_, f32>, wrenches: &mut [f32]) {
         vectorize(WrenchKernel { contacts, wrenches });
     }
@@ -128,28 +143,39 @@ pub struct ContactLoop<'a, E> {
     pub(crate) smoothing: f64,
     pub(crate) length_scale: f64,
     pub(crate) points: &'a PointBuffer<E>,
+    /// What rounding has left of the points' coordinates; empty without [`Precision::HAS_REMAINDER`].
+    pub(crate) remainder: &'a PointBuffer<E>,
 }
 
-impl<E: Element> ContactLoop<'_, E> {
+impl<E: Precision> ContactLoop<'_, E> {
     #[inline(always)]
     pub(crate) fn point<L: Real<Element = E>>(&self, first: usize) -> Vec3<L> {
-        Vec3::new(
-            L::load(&self.points.x[first..]),
-            L::load(&self.points.y[first..]),
-            L::load(&self.points.z[first..]),
-        )
+        load(self.points, first)
     }
 
-    /// The distance to the dilated object, and the gradient of the distance.
+    /// The distance of contact `first`, at `point`, to the dilated object, and the gradient of the distance.
     #[inline(always)]
-    pub(crate) fn distance<T: Real>(&self, point: Vec3<T>) -> (T, Vec3<T>) {
-        let (distance, gradient) = self.object.sdf().distance_and_gradient(point);
+    pub(crate) fn distance<T: Real<Element = E>>(
+        &self,
+        first: usize,
+        point: Vec3<T>,
+    ) -> (T, Vec3<T>) {
+        let sdf = self.object.sdf();
+        let (distance, gradient) = if E::HAS_REMAINDER {
+            sdf.distance_and_gradient_of_sum(point, load(self.remainder, first))
+        } else {
+            sdf.distance_and_gradient(point)
+        };
         (distance - T::constant(self.smoothing), gradient)
     }
 
     #[inline(always)]
-    pub(crate) fn state<T: Real>(&self, point: Vec3<T>) -> ContactState<T> {
-        let (distance, gradient) = self.distance(point);
+    pub(crate) fn state<T: Real<Element = E>>(
+        &self,
+        first: usize,
+        point: Vec3<T>,
+    ) -> ContactState<T> {
+        let (distance, gradient) = self.distance(first, point);
         self.state_at(point, distance, gradient)
     }
 
@@ -193,6 +219,15 @@ impl<E: Element> ContactLoop<'_, E> {
 }
 
 #[inline(always)]
+fn load<T: Real>(points: &PointBuffer<T::Element>, first: usize) -> Vec3<T> {
+    Vec3::new(
+        T::load(&points.x[first..]),
+        T::load(&points.y[first..]),
+        T::load(&points.z[first..]),
+    )
+}
+
+#[inline(always)]
 fn constant<T: Real>(twist: &Twist<f64>) -> Twist<T> {
     Twist {
         linear: Vec3::constant(twist.linear),
@@ -210,12 +245,12 @@ struct WrenchKernel<'a, E> {
     wrenches: &'a mut [E],
 }
 
-impl<E: Element> WrenchKernel<'_, E> {
+impl<E: Precision> WrenchKernel<'_, E> {
     #[inline(always)]
     fn run_with<L: Real<Element = E>>(self) {
         let contacts = self.contacts;
         for first in (0..contacts.points.len()).step_by(L::LANES) {
-            let state = contacts.state(contacts.point::<L>(first));
+            let state = contacts.state(first, contacts.point::<L>(first));
             for j in 0..contacts.velocities.len() {
                 let wrench = contacts.wrench(&state, &contacts.velocities[j]);
                 let offset = contacts.offset(first, j);
@@ -284,18 +319,19 @@ struct LossKernel<'a, E> {
     gradient: &'a mut PointBuffer<E>,
 }
 
-impl<E: Element> LossKernel<'_, E> {
+impl<E: Precision> LossKernel<'_, E> {
     #[inline(always)]
     fn run_with<L: Real<Element = E>>(self) -> f64 {
         let contacts = self.contacts;
         let mut total = L::zero();
         for first in (0..contacts.points.len()).step_by(L::LANES) {
             let point = contacts.point::<L>(first);
-            let state = contacts.state(Vec3::new(
+            let lifted = Vec3::new(
                 Dual::<L, 3>::variable(point.x, 0),
                 Dual::variable(point.y, 1),
                 Dual::variable(point.z, 2),
-            ));
+            );
+            let state = contacts.state(first, lifted);
             let mut loss = Dual::<L, 3>::constant(L::zero());
             for j in 0..contacts.velocities.len() {
                 let wrench = contacts.wrench(&state, &contacts.velocities[j]);

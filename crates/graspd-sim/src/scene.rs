@@ -32,6 +32,9 @@ macro_rules! contact_loop {
             smoothing: $scene.smoothing,
             length_scale: $scene.params.length_scale,
             points: &$scene.contacts,
+            remainder: E::remainder(&$scene.scratch)
+                .filter(|remainder| remainder.len() == $scene.contacts.len())
+                .unwrap_or(&$scene.no_remainder),
         }
     };
 }
@@ -53,6 +56,8 @@ pub struct Scene<'a, E> {
     smoothing: f64,
     scratch: HandScratch,
     contacts: PointBuffer<E>,
+    /// Zeros, for hands that tell none; empty where none is needed.
+    no_remainder: PointBuffer<E>,
     contact_gradient: PointBuffer<E>,
     spheres: PointBuffer<E>,
     sphere_gradient: PointBuffer<E>,
@@ -86,6 +91,7 @@ where
             smoothing: 0.0,
             scratch: hand.new_scratch(),
             contacts: PointBuffer::zeros(len),
+            no_remainder: PointBuffer::zeros(if E::HAS_REMAINDER { len } else { 0 }),
             contact_gradient: PointBuffer::zeros(len),
             spheres: PointBuffer::zeros(spheres),
             sphere_gradient: PointBuffer::zeros(spheres),

@@ -79,6 +79,16 @@ pub enum GraspError {
         /// The system's reason.
         source: std::io::Error,
     },
+    /// A file of another project's grasps that is not as that project writes it.
+    #[error(
+        "{path}: {fault}; give an array of dictionaries with `qpos` (a number for each joint, WRJTx to WRJTz and WRJRx to WRJRz for the wrist) and `scale`, as DexGraspNet saves them"
+    )]
+    ParseGrasps {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong.
+        fault: String,
+    },
     /// A line that is no grasp record.
     #[error("{path}{}: {fault}; each line must be one {SCHEMA} record", at_line(*line))]
     ParseRecord {

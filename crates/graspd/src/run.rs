@@ -3,7 +3,7 @@
 use std::time::Instant;
 
 use graspd_eval::{EvaluationSettings, ObjectUnderTest, evaluate};
-use graspd_geom::{GeometryError, SurfaceSampler};
+use graspd_geom::{GeometryError, Quaternion, SurfaceSampler, TriangleMesh, Vec3};
 use graspd_hand::{Hand, HandPose};
 use graspd_sim::Scene;
 use rayon::prelude::*;
@@ -142,7 +142,10 @@ pub fn synthesize_grasps(
 ) -> Result<Vec<Grasp>, GraspError> {
     settings.validate()?;
     run.validate()?;
-    let judged = ObjectUnderTest::new(&object.source.mesh)?.with_cache(object.cache.clone());
+    let mut judged = ObjectUnderTest::new(&object.source.mesh)?.with_cache(object.cache.clone());
+    if run.evaluation.metrics.self_penetration {
+        judged = judged.grasped_by(&surface_at_rest(hand))?;
+    }
     let fitter = (settings.conformity.as_ref())
         .map(|conformity| HandFitter::new(hand, conformity))
         .transpose()?;
@@ -165,6 +168,15 @@ pub fn synthesize_grasps(
     }
     grasps.sort_by_key(|grasp| grasp.record.rank);
     Ok(grasps)
+}
+
+/// The surface of the open hand, its base at the origin.
+pub fn surface_at_rest(hand: &dyn Hand) -> TriangleMesh {
+    hand.surface(&HandPose {
+        translation: Vec3::zero(),
+        rotation: Quaternion::identity(),
+        articulation: hand.open_articulation().to_vec(),
+    })
 }
 
 #[allow(clippy::too_many_arguments)]

@@ -12,7 +12,7 @@ use clap::builder::{NonEmptyStringValueParser, PossibleValuesParser};
 use graspd::{
     Diversity, ExecutionSettings, Grasp, GraspObject, GraspRecord, MethodPart, PAPER_PADDING,
     PAPER_RESOLUTION, PRESETS, RunObserver, RunSettings, SCHEMA, Summary, SynthesisSettings,
-    diverse, pose_distances, synthesize_grasps,
+    diverse, pose_distances, pressing_contacts, synthesize_grasps,
 };
 use graspd_eval::EvaluationSettings;
 use graspd_hand::{Hand, HandPose, LoadOptions};
@@ -28,6 +28,7 @@ use super::output::{
     write_results, write_run, write_trajectories,
 };
 use super::repair::RepairOutcome;
+use super::view::pictures;
 use crate::console::{print, print_json};
 use crate::progress::Progress;
 use crate::table::grasps_table;
@@ -357,8 +358,17 @@ fn write_picture(
     grasps: &[Grasp],
 ) -> Result<()> {
     if let Some(best) = grasps.first() {
-        graspd_view::render_hand_pose(&object.source.mesh, hand, &best.pose, &[], PICTURE_PANEL)?
-            .write_png(file)?;
+        let squeeze_force = best.record.squeeze.as_ref().and_then(|s| s.force_n);
+        let contacts = pressing_contacts(
+            hand,
+            &object.distance,
+            &best.pose,
+            squeeze_force.unwrap_or_default(),
+        );
+        let mesh = &object.source.mesh;
+        let marks = pictures::marks(&contacts);
+        let views = graspd_view::render_hand_pose(mesh, hand, &best.pose, &marks, PICTURE_PANEL)?;
+        graspd_view::captioned(&views, &pictures::caption(&best.record))?.write_png(file)?;
     }
     Ok(())
 }
