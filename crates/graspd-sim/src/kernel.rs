@@ -277,17 +277,20 @@ struct PullKernel<'a, E> {
     gradient: &'a mut PointBuffer<E>,
 }
 
-impl<E: Element> PullKernel<'_, E> {
+impl<E: Precision> PullKernel<'_, E> {
     #[inline(always)]
     fn run_with<L: Real<Element = E>>(self) {
         let contacts = self.contacts;
         for first in (0..contacts.points.len()).step_by(L::LANES) {
             let point = contacts.point::<L>(first);
-            let state = contacts.state(Vec3::new(
-                Dual::<L, 3>::variable(point.x, 0),
-                Dual::variable(point.y, 1),
-                Dual::variable(point.z, 2),
-            ));
+            let state = contacts.state(
+                first,
+                Vec3::new(
+                    Dual::<L, 3>::variable(point.x, 0),
+                    Dual::variable(point.y, 1),
+                    Dual::variable(point.z, 2),
+                ),
+            );
             let mut sum = Dual::<L, 3>::constant(L::zero());
             for (velocity, pull) in contacts.velocities.iter().zip(self.pull) {
                 let wrench = contacts.wrench(&state, velocity);
