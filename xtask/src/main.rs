@@ -2,8 +2,12 @@
 
 mod bench;
 mod ci;
+mod command;
 mod duplicates;
 mod edges;
+mod engines;
+mod evaluate;
+mod objects;
 mod sources;
 mod steps;
 mod table4;
@@ -18,6 +22,12 @@ usage: cargo xtask <command>
   ci    format, layering and source rules, clippy, documentation, doctests, tests
   bench [--save NAME]
         processor times of a synthesis step by each backend, as one table; NAME keeps them for criterion
+  engines [--compare]
+        set up PyBullet and MuJoCo for `graspd eval --engine`; judge sixty grasps by each of them and the one built in
+  evaluate [--objects ycb|table4|NAME,...] [--hand HAND] [--preset P] [--starts N] [--steps N] [--seed S] [--resolution N]
+           [--without PART]... [--config FILE.toml] [--against FILE|DIR] [-o DIR] [--threads T] [--graspd PROGRAM]
+        grasps of many objects, judged, with intervals; goes on where it was interrupted; --against says which
+        differences to an earlier run are significant
   reproduce-table4 [--ycb DIR] [--objects LIST] [--quick]
         the paper's RGB-D experiment: grasps on true and reconstructed meshes, judged on the true ones
   viewer [--check]
@@ -36,6 +46,15 @@ fn main() -> ExitCode {
             Err(error) => {
                 eprintln!("error: {error:#}");
                 ExitCode::FAILURE
+            }
+        },
+        ["engines"] => exit_code(engines::set_up(&root)),
+        ["engines", "--compare"] => exit_code(engines::compare(&root)),
+        ["evaluate", rest @ ..] => match evaluate::Options::parse(rest) {
+            Some(options) => exit_code(evaluate::evaluate(&root, &options)),
+            None => {
+                eprintln!("{USAGE}");
+                ExitCode::from(2)
             }
         },
         ["reproduce-table4", rest @ ..] => match table4::Options::parse(rest) {

@@ -46,24 +46,29 @@ enum Command {
 }
 
 fn main() -> ExitCode {
-    let result = match Cli::parse().command {
-        Command::Synth(arguments) => synth::run(&arguments),
-        Command::Eval(arguments) => eval::run(&arguments),
-        Command::View(arguments) => view::run(&arguments),
-        Command::Gws(arguments) => gws::run(&arguments),
-        Command::Sdf(arguments) => sdf::run(&arguments),
-        Command::Repair(arguments) => repair::run(&arguments),
-        Command::Scan(arguments) => scan::run(&arguments),
-        Command::Reconstruct(arguments) => reconstruct::run(&arguments),
-        Command::Cache(arguments) => cache::run(&arguments),
-        Command::Hands(arguments) => hands::run(&arguments),
-        Command::Objects(arguments) => objects::run(&arguments),
-    };
-    match result {
+    match run(&Cli::parse().command) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
             console::tell(&format!("error: {}", console::describe(&error)));
             ExitCode::FAILURE
         }
+    }
+}
+
+fn run(command: &Command) -> anyhow::Result<()> {
+    // Else a mistake in its name would go unseen.
+    graspd::Instructions::requested()?;
+    match command {
+        Command::Synth(arguments) => synth::run(arguments),
+        Command::Eval(arguments) => eval::run(arguments),
+        Command::View(arguments) => view::run(arguments),
+        Command::Gws(arguments) => gws::run(arguments),
+        Command::Sdf(arguments) => sdf::run(arguments),
+        Command::Repair(arguments) => repair::run(arguments),
+        Command::Scan(arguments) => scan::run(arguments),
+        Command::Reconstruct(arguments) => reconstruct::run(arguments),
+        Command::Cache(arguments) => cache::run(arguments),
+        Command::Hands(arguments) => hands::run(arguments),
+        Command::Objects(arguments) => objects::run(arguments),
     }
 }

@@ -96,10 +96,11 @@ pub struct ArticulatedHand {
     /// Points of one body: whole blocks of [`POINT_PADDING`](crate::POINT_PADDING).
     pub(crate) contact_ranges: Vec<(usize, Range<usize>)>,
     pub(crate) local_points: PointBuffer<f64>,
-    pub(crate) local_points_f32: PointBuffer<f32>,
     local_normals: PointBuffer<f64>,
     pub(crate) spheres: CollisionSpheres,
     pub(crate) sphere_centers: Vec<Vec3<f64>>,
+    /// See [`Hand::described_closing`].
+    closing: Vec<Option<f64>>,
 }
 
 impl ArticulatedHand {
@@ -147,7 +148,6 @@ impl ArticulatedHand {
             },
             contact_ranges: padded.ranges,
             local_points: PointBuffer::zeros(len),
-            local_points_f32: PointBuffer::zeros(len),
             local_normals: PointBuffer::zeros(len),
             spheres: CollisionSpheres {
                 radius: spheres.iter().map(|s| s.radius).collect(),
@@ -155,11 +155,11 @@ impl ArticulatedHand {
                 pairs,
             },
             sphere_centers: spheres.iter().map(|s| s.center).collect(),
+            closing: Vec::new(),
             description,
         };
         for (index, point) in padded.points.iter().enumerate() {
             hand.local_points.set(index, point.position);
-            hand.local_points_f32.set(index, point.position);
             hand.local_normals.set(index, point.normal);
         }
         hand
@@ -175,10 +175,6 @@ impl ArticulatedHand {
             mirrored
         };
         let local_points = reflected(&self.local_points);
-        let mut local_points_f32 = self.local_points_f32.clone();
-        for index in 0..local_points.len() {
-            local_points_f32.set(index, local_points.get(index));
-        }
         let description = &self.description;
         let mirrored_part = |part: &Part| Part {
             body: part.body,
@@ -193,7 +189,6 @@ impl ArticulatedHand {
                 ..description.clone()
             },
             local_points,
-            local_points_f32,
             local_normals: reflected(&self.local_normals),
             sphere_centers: (self.sphere_centers.iter())
                 .map(|center| reflection.vector(*center))
@@ -210,6 +205,11 @@ impl ArticulatedHand {
             let pair = [of(s), of(t)];
             pair != [a, b] && pair != [b, a]
         });
+    }
+
+    /// Lays down which way joints close.
+    pub(crate) fn describe_closing(&mut self, closing: Vec<Option<f64>>) {
+        self.closing = closing;
     }
 
     /// The links and joints.
@@ -294,12 +294,16 @@ impl Hand for ArticulatedHand {
     fn followers(&self) -> Vec<String> {
         self.tree().followers()
     }
+    fn described_closing(&self) -> &[Option<f64>] {
+        &self.closing
+    }
     fn new_scratch(&self) -> HandScratch {
         let bodies = self.tree().body_count();
         HandScratch {
             body_poses: vec![Rigid::identity(); bodies],
             forces: vec![Vec3::zero(); bodies],
             torques: vec![Vec3::zero(); bodies],
+            contact_remainder: PointBuffer::zeros(self.local_points.len()),
             ..HandScratch::default()
         }
     }

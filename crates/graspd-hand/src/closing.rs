@@ -77,7 +77,7 @@ pub(crate) fn share_towards(
 }
 
 /// For each joint of a hand 1 or -1, the direction in which it closes from the open pose, or 0 where it does not clearly
-/// close either way; `[n]`.
+/// close either way; `[n]`. What the hand's description says counts before what is found.
 pub fn closing_directions(hand: &dyn Hand) -> Vec<f64> {
     let unlimited = vec![Limit::UNLIMITED; hand.open_articulation().len()];
     let limits = hand.limits().unwrap_or(&unlimited);
@@ -100,7 +100,11 @@ pub fn closing_directions(hand: &dyn Hand) -> Vec<f64> {
     let fingers: Vec<Point3<f64>> = (positions(open).into_iter().zip(on_fingers))
         .filter_map(|(point, is_finger)| is_finger.then_some(point))
         .collect();
-    directions(limits, open, focus(hand.palm(), &fingers), positions)
+    let mut found = directions(limits, open, focus(hand.palm(), &fingers), positions);
+    for (found, described) in found.iter_mut().zip(hand.described_closing()) {
+        *found = described.unwrap_or(*found);
+    }
+    found
 }
 
 /// The hand closed by a share of the way from the open pose to the limits that its joints close towards; joints that

@@ -150,11 +150,21 @@ pub struct HandScratch {
     pub(crate) forces: Vec<Vec3<f64>>,
     /// Torque on each body about a point that the hand chooses, such as the origin of that body.
     pub(crate) torques: Vec<Vec3<f64>>,
+    /// See [`HandScratch::contact_remainder`].
+    pub(crate) contact_remainder: PointBuffer<f32>,
     /// What a skinned hand keeps.
     pub(crate) skinned: Option<Box<crate::mano::SkinnedScratch>>,
     /// Copies that a mirrored hand hands to its original.
     pub(crate) reflected_f32: Reflected<f32>,
     pub(crate) reflected_f64: Reflected<f64>,
+}
+
+impl HandScratch {
+    /// What the last [`Kinematics::forward`] in single precision rounded off the coordinates of the contact points
+    /// \[m\], `[n]`: with it they are exact to some 1e-10 m.
+    pub fn contact_remainder(&self) -> &PointBuffer<f32> {
+        &self.contact_remainder
+    }
 }
 
 /// Positions of a hand's points as a function of its pose, and the transpose of that function's Jacobian, in
@@ -230,6 +240,11 @@ pub trait Hand: Kinematics<f32> + Kinematics<f64> + Send + Sync {
     /// The joints that follow others, one phrase each, such as `joint of b = 0.333 a`.
     fn followers(&self) -> Vec<String> {
         Vec::new()
+    }
+    /// What its description says about the way in which joints close, for [`closing_directions`](crate::closing_directions)
+    /// to follow: `[n]`, `None` where it is to be found; or empty.
+    fn described_closing(&self) -> &[Option<f64>] {
+        &[]
     }
     /// Working memory for one worker.
     fn new_scratch(&self) -> HandScratch;

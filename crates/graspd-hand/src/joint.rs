@@ -213,9 +213,10 @@ pub(crate) fn followed(
             return Err(bad("is fixed"));
         }
     }
+    let first = joints[index].mimic.as_ref();
     Err(HandError::BadMimic {
         joint: joints[index].name.clone(),
-        followed: joints[current].name.clone(),
-        fault: "follows it in turn",
+        followed: first.map_or_else(String::new, |mimic| mimic.joint.clone()),
+        fault: "is one of joints that follow each other in a circle",
     })
 }

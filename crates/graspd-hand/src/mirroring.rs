@@ -4,6 +4,7 @@ use graspd_ad::Element;
 use graspd_geom::{Mat3, Quaternion, Rigid, TriangleMesh, Vec3};
 use nalgebra::{Point3, Vector3};
 
+use crate::split::set_split;
 use crate::{
     CollisionSpheres, ContactPoints, Hand, HandPose, HandScratch, Kinematics, Limit, PalmFrame,
     Part, PointBuffer, PoseGradient,
@@ -153,15 +154,42 @@ impl<E: Element> Reflected<E> {
 /// The precisions that a mirrored hand comes in: where its copies are kept.
 trait Precision: Element {
     fn reflected(scratch: &mut HandScratch) -> &mut Reflected<Self>;
+    /// The contact points of the original, and what rounding left of them in `scratch`, to the other side.
+    fn contacts(
+        reflection: Reflection,
+        scratch: &mut HandScratch,
+        from: &PointBuffer<Self>,
+        to: &mut PointBuffer<Self>,
+    );
 }
 impl Precision for f32 {
     fn reflected(scratch: &mut HandScratch) -> &mut Reflected<f32> {
         &mut scratch.reflected_f32
     }
+    fn contacts(
+        reflection: Reflection,
+        scratch: &mut HandScratch,
+        from: &PointBuffer<f32>,
+        to: &mut PointBuffer<f32>,
+    ) {
+        let remainder = &mut scratch.contact_remainder;
+        for index in 0..from.len() {
+            let point = from.get(index) + remainder.get(index);
+            set_split(to, remainder, index, reflection.vector(point));
+        }
+    }
 }
 impl Precision for f64 {
     fn reflected(scratch: &mut HandScratch) -> &mut Reflected<f64> {
         &mut scratch.reflected_f64
+    }
+    fn contacts(
+        reflection: Reflection,
+        _scratch: &mut HandScratch,
+        from: &PointBuffer<f64>,
+        to: &mut PointBuffer<f64>,
+    ) {
+        reflection.points(from, to);
     }
 }
 
@@ -184,7 +212,7 @@ where
             &mut copies.contacts,
             &mut copies.spheres,
         );
-        self.reflection.points(&copies.contacts, contacts);
+        E::contacts(self.reflection, scratch, &copies.contacts, contacts);
         self.reflection.points(&copies.spheres, spheres);
         *E::reflected(scratch) = copies;
     }
@@ -276,6 +304,9 @@ impl Hand for MirroredHand {
     }
     fn followers(&self) -> Vec<String> {
         self.original.followers()
+    }
+    fn described_closing(&self) -> &[Option<f64>] {
+        self.original.described_closing()
     }
     fn new_scratch(&self) -> HandScratch {
         let contacts = self.contact_points().weight.len();

@@ -103,6 +103,7 @@ fn settings_beside_the_urdf_override_what_was_found() {
         package_paths = ["meshes"]
         open = { slide = 0.02 }
         limits = { slide = [0.005, 0.03] }
+        closing = { slide = 1 }
         [palm]
         center_m = [0.0, 0, 0.025]
         normal = [2, 0, 0]
@@ -118,6 +119,10 @@ fn settings_beside_the_urdf_override_what_was_found() {
     assert_eq!(hand.open_articulation(), [0.02]);
     let limit = hand.limits().unwrap()[0];
     assert_eq!((limit.lower, limit.upper), (0.005, 0.03));
+    // Both of the hand and of its mirror image; found would be -1.
+    assert_eq!(closing_directions(&hand), [1.0]);
+    assert_eq!(closing_directions(&hand.mirrored()), [1.0]);
+    assert_eq!(closed_articulation(&hand, 1.0), [0.03]);
     assert_eq!(
         (hand.palm().normal, hand.palm().fingers),
         (Vector3::x(), Vector3::z())
@@ -154,6 +159,8 @@ fn faults_beside_the_urdf_are_one_line_that_names_the_nearest_word() {
         ("[open]\nslide = 1.0", &["open.slide", "0 to 0.04"]),
         ("[limits]\nslide = [1, 0]", &["limits.slide", "above"]),
         ("[limits]\nslide = [1]", &["list of 2"]),
+        ("[closing]\nslide = 2", &["closing.slide", "-1"]),
+        ("[closing]\nslid = 1", &["[closing]", "`slide`"]),
         ("[palm]\nnormal = [0, 0, 0]", &["palm.normal", "direction"]),
         ("[palm]\nfingers = [0, 0, 1]", &["along palm.normal"]),
         ("[palm]\nnormal = [nan, 0, 1]", &["3 finite"]),

@@ -157,8 +157,8 @@ fn each_fault_has_its_message() {
     fault!(
         robot("abcd", &circle.concat()),
         HandError::BadMimic { .. },
-        "`one`",
-        "in turn"
+        "`one` mimics `two`",
+        "in a circle"
     );
     fault!(
         ab(r#"<axis xyz="0 0 0"/>"#).replace("bend", "be&#10;nd"),

@@ -167,7 +167,7 @@ pub struct GraspRecord {
     pub squeeze: Option<Squeeze>,
     /// The judge's findings; `None` before evaluation.
     pub metrics: Option<GraspMetrics>,
-    /// How the optimisation ended; `None` for grasps made by others.
+    /// How the optimisation ended; `None` for grasps made by annealing or by others.
     pub optimizer: Option<OptimizerRecord>,
     /// 1 for the grasp with the least simulation displacement.
     pub rank: Option<usize>,
@@ -184,6 +184,36 @@ fn unscaled() -> f64 {
 }
 
 impl GraspRecord {
+    /// A grasp made by others: its pose and joints, and nothing known beyond.
+    pub(crate) fn bare(
+        object: &str,
+        hand: &str,
+        index: usize,
+        pose: RecordedPose,
+        joints: BTreeMap<String, f64>,
+        object_scale: f64,
+    ) -> Self {
+        Self {
+            schema: this_schema(),
+            object: object.to_owned(),
+            object_path: None,
+            object_scale,
+            object_repair: None,
+            hand: hand.to_owned(),
+            seed: None,
+            index,
+            pose,
+            joints_rad: Some(joints),
+            mano: None,
+            pre_grasp: None,
+            squeeze: None,
+            metrics: None,
+            optimizer: None,
+            rank: None,
+            seconds: None,
+        }
+    }
+
     /// The pose of a hand whose articulation parameters are called `names`; a joint that the record does not
     /// name is an error.
     ///

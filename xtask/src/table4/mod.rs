@@ -1,6 +1,5 @@
 //! `reproduce-table4`: the paper's RGB-D experiment, grasps from captures judged on the true mesh.
 
-mod objects;
 mod report;
 
 use std::fs;
@@ -8,11 +7,11 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::time::Instant;
 
-use anyhow::{Context, Result, bail};
-use serde_json::Value;
+use anyhow::{Context, Result};
 
-use crate::steps::{cargo, output, run};
-use objects::{Subject, subjects};
+use crate::command::{graspd, parsed, target_folder};
+use crate::objects::{Subject, TABLE4, subjects};
+use crate::steps::{output, run};
 use report::{Means, ObjectRow, document, json, table};
 
 /// What is asked for.
@@ -55,12 +54,9 @@ const STARTS: usize = 10;
 /// pictures: into `docs`, or a quick run's into `target/table4-quick`.
 pub(crate) fn reproduce(root: &Path, options: &Options) -> Result<()> {
     let started = Instant::now();
-    run(&mut cargo(root, "build --locked --release -p graspd-cli"))?;
+    let graspd = graspd(root)?;
     let target = target_folder(root)?;
-    let graspd = target
-        .join("release")
-        .join(format!("graspd{}", std::env::consts::EXE_SUFFIX));
-    let mut subjects = subjects(root, &options.objects)?;
+    let mut subjects = subjects(root, &options.objects, &TABLE4)?;
     let mut starts = STARTS;
     if options.quick {
         subjects.truncate(QUICK_OBJECTS);
@@ -181,24 +177,8 @@ impl Experiment {
     }
 }
 
-fn parsed(command: &mut Command) -> Result<Value> {
-    serde_json::from_str(&output(command)?).with_context(|| format!("{command:?} printed no JSON"))
-}
-
 fn write(path: &Path, text: &str) -> Result<()> {
     fs::write(path, text).with_context(|| format!("cannot write {}", path.display()))
-}
-
-fn target_folder(root: &Path) -> Result<PathBuf> {
-    let text = output(&mut cargo(
-        root,
-        "metadata --locked --no-deps --format-version 1",
-    ))?;
-    let metadata: Value = serde_json::from_str(&text)?;
-    match metadata["target_directory"].as_str() {
-        Some(folder) => Ok(PathBuf::from(folder)),
-        None => bail!("cargo metadata names no target folder"),
-    }
 }
 
 #[cfg(test)]

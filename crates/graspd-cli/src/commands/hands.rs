@@ -73,7 +73,7 @@ fn list(json: bool) -> Result<()> {
     for hand in BUILTIN_HANDS {
         text += &format!("{:10} {}\n", hand.name, hand.description);
     }
-    text += "any URDF: name its file; `graspd hands inspect FILE` tells what was found in it\n";
+    text += "any URDF, and any hand in MANO's layout (.pkl, .npz): name its file; `graspd hands inspect FILE` tells what was found\n";
     text += "--mirror takes the mirror image of any of them\n";
     print(&text)
 }

@@ -1,7 +1,10 @@
 //! Hands that cannot be loaded.
 
+use std::fs::File;
 use std::path::PathBuf;
 
+use ndarray::Array2;
+use ndarray_npy::NpzWriter;
 use tempfile::{TempDir, tempdir};
 
 use crate::outcome::{graspd, text};
@@ -74,6 +77,39 @@ fn files_that_hold_no_urdf() {
 }
 
 #[test]
+fn files_that_hold_no_model_in_manos_layout() {
+    let folder = tempdir().unwrap();
+    let prose = written(&folder, "prose.pkl", "a hand, honestly");
+    every_command_refuses(
+        text(&prose),
+        &[text(&prose), "no pickle that a MANO file could be"],
+    );
+    let ran = folder.path().join("ran");
+    let program = format!("cposix\nsystem\n(S'touch {}'\ntR.", text(&ran));
+    let program = written(&folder, "program.pkl", &program);
+    every_command_refuses(
+        text(&program),
+        &[text(&program), "`posix.system`", "nothing was run"],
+    );
+    assert!(!ran.exists());
+    let empty = written(&folder, "empty.npz", "");
+    every_command_refuses(text(&empty), &[text(&empty), "empty"]);
+
+    let incomplete = folder.path().join("incomplete.npz");
+    let mut archive = NpzWriter::new(File::create(&incomplete).unwrap());
+    archive
+        .add_array("v_template", &Array2::<f64>::zeros((778, 3)))
+        .unwrap();
+    archive.finish().unwrap();
+    let parts = [
+        text(&incomplete),
+        "has no array `weights`",
+        "it has v_template",
+    ];
+    every_command_refuses(text(&incomplete), &parts);
+}
+
+#[test]
 fn descriptions_that_make_no_hand() {
     let folder = tempdir().unwrap();
     let mesh = r#"<collision><geometry><mesh filename="meshes/palm.stl"/></geometry></collision>"#;
@@ -98,6 +134,16 @@ fn descriptions_that_make_no_hand() {
     );
     let cycle = written(&folder, "cycle.urdf", &cycle);
     every_command_refuses(text(&cycle), &[text(&cycle), "cycle", "cut the cycle"]);
+
+    let roots = format!(
+        r#"<robot name="t"><link name="palm">{BOX}</link><link name="a">{BOX}</link><link name="lost">{BOX}</link>{}</robot>"#,
+        joint("j", "palm", "a")
+    );
+    let roots = written(&folder, "roots.urdf", &roots);
+    every_command_refuses(
+        text(&roots),
+        &[text(&roots), "several root links (palm, lost)"],
+    );
 }
 
 #[test]

@@ -9,6 +9,7 @@ mod browser;
 mod cache;
 mod determinism;
 mod distance_grid;
+mod foreign_grasps;
 mod hands;
 mod judging;
 mod listings;

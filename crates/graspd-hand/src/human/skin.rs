@@ -158,6 +158,24 @@ mod tests {
     }
 
     #[test]
+    fn palm_and_fingers_are_as_broad_as_hands_are() {
+        let skin = skin();
+        let (mut outline, mut area) = (0.0, 0.0);
+        for face in 0..skin.faces.len() {
+            let facing = 0.5 * skin.area_vector(face);
+            let beyond_wrist = skin.corners(face).iter().map(|p| p.x).sum::<f64>() < 0.0;
+            if beyond_wrist && facing.y < 0.0 {
+                outline -= facing.y;
+                area += facing.norm();
+            }
+        }
+        // Outlines of palm and fingers are 0.7 % (women) to 0.8 % (men) of the body's surface (Rossiter, Chapman and Haywood,
+        // Burns 22, 1996): 120 to 150 cm^2 of 1.7 and 1.9 m^2.
+        assert!((135e-4..155e-4).contains(&outline), "{outline}");
+        assert!((180e-4..200e-4).contains(&area), "{area}");
+    }
+
+    #[test]
     fn vertices_are_denser_on_the_pads_than_on_the_back() {
         let skin = skin();
         // Mean area of the faces that look down and up, on the fingers and on the palm.

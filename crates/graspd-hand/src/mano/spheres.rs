@@ -7,14 +7,29 @@ use super::fingers::{Fingers, KNUCKLES, heaviest};
 use super::model::{SKINNED_JOINTS, SkinnedModel};
 use crate::CollisionSpheres;
 
-/// Spheres reach this share of the way from the bone to the nearest quarter of the skin: flesh gives a little.
-const SKIN_SHARE: f64 = 0.9;
+/// How far from a bone its spheres reach: some share of the way to the skin that so large a part of it is nearer than.
+#[derive(Clone, Copy)]
+struct Reach {
+    part: f64,
+    share: f64,
+}
+
+/// Fingers are a little broader than deep; flesh gives a little.
+const OF_FINGERS: Reach = Reach {
+    part: 0.5,
+    share: 0.97,
+};
+/// Most of the palm's skin belongs to other metacarpals.
+const OF_PALM: Reach = Reach {
+    part: 0.25,
+    share: 0.9,
+};
 /// Overlap in the open pose from which on a pair of spheres is left alone \[m\].
 const TOUCHING: f64 = 0.0;
-/// Distance of neighbours on a bone, in radii.
-const SPACING: f64 = 1.6;
+/// Distance of neighbours on a bone, in radii: half way between two of them their union is 0.9 radii thick.
+const SPACING: f64 = 0.9;
 /// Spheres of one bone at most.
-const MOST_ON_BONE: f64 = 3.0;
+const MOST_ON_BONE: f64 = 6.0;
 
 /// The spheres, and their centers in the straight pose, model coordinates \[m\].
 pub(crate) fn along_bones(
@@ -42,7 +57,7 @@ pub(crate) fn along_bones(
     };
     for joint in 1..SKINNED_JOINTS {
         let (from, mut to) = (fingers.joints[joint], fingers.bone_end(joint));
-        let radius = radius(model, vertices, joint, from, to);
+        let radius = radius(model, vertices, joint, [from, to], OF_FINGERS);
         if joint.is_multiple_of(3) {
             // The tip lies on the skin.
             let length = (to - from).norm();
@@ -54,7 +69,8 @@ pub(crate) fn along_bones(
         let (from, to) = (fingers.joints[0], fingers.joints[knuckle]);
         // The wrist's half is left out: no finger reaches it.
         let from = from + (to - from) * 0.4;
-        cover(0, from, to, radius(model, vertices, 0, from, to));
+        let radius = radius(model, vertices, 0, [from, to], OF_PALM);
+        cover(0, from, to, radius);
     }
     let open: Vec<Vec3<f64>> = centers
         .iter()
@@ -65,13 +81,13 @@ pub(crate) fn along_bones(
     (spheres, centers)
 }
 
-/// The distance from a bone that a quarter of the skin that follows it comes nearer than.
+/// The radius of spheres on a bone, from the distances of the skin that follows it.
 fn radius(
     model: &SkinnedModel,
     vertices: &[Vec3<f64>],
     joint: usize,
-    from: Vector3<f64>,
-    to: Vector3<f64>,
+    [from, to]: [Vector3<f64>; 2],
+    reach: Reach,
 ) -> f64 {
     let bone = to - from;
     let length_squared = bone.norm_squared().max(1e-12);
@@ -85,9 +101,8 @@ fn radius(
     });
     let mut distances: Vec<f64> = beside.collect();
     distances.sort_by(f64::total_cmp);
-    distances
-        .get(distances.len() / 4)
-        .map_or(0.0, |d| d * SKIN_SHARE)
+    let nearer = (reach.part * distances.len() as f64) as usize;
+    distances.get(nearer).map_or(0.0, |d| d * reach.share)
 }
 
 /// Pairs of spheres of different fingers, or of a finger's outer bones and the palm, that are apart in the open hand.

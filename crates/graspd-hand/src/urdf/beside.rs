@@ -14,12 +14,13 @@ pub(crate) struct Beside {
     is_there: bool,
 }
 
-const TOP_KEYS: [&str; 7] = [
+const TOP_KEYS: [&str; 8] = [
     "name",
     "package_paths",
     "palm",
     "open",
     "limits",
+    "closing",
     "contacts",
     "self_collision",
 ];
@@ -158,6 +159,21 @@ impl Beside {
             open[joint] = value;
         }
         Ok(())
+    }
+
+    /// Which way joints close, `[n]`, where it is said.
+    pub(crate) fn closing(&self, tree: &KinematicTree) -> Result<Vec<Option<f64>>, HandError> {
+        let mut closing = vec![None; tree.articulation_names().len()];
+        for (name, value) in self.inside("closing")?.into_iter().flatten() {
+            let joint = self.joint("closing", name, tree)?;
+            let direction = number(value).filter(|value| [-1.0, 0.0, 1.0].contains(value));
+            closing[joint] = Some(direction.ok_or_else(|| {
+                self.fault(format!(
+                    "closing.{name} must be 1 (closes up), -1 (closes down) or 0 (neither)"
+                ))
+            })?);
+        }
+        Ok(closing)
     }
 
     pub(crate) fn palm(&self, palm: &mut PalmFrame) -> Result<(), HandError> {

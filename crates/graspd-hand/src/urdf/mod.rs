@@ -54,6 +54,8 @@ pub struct UrdfOptions {
 ///   thumb_base = 0.8
 ///   [limits]                           # joint = [lower, upper]
 ///   thumb_base = [0.2, 1.4]
+///   [closing]                          # joint = 1 (closes up), -1 (closes down) or 0
+///   thumb_base = 1
 ///   [contacts]
 ///   count = 3000
 ///   [self_collision]
@@ -165,7 +167,9 @@ fn hand_from_text(
         palm,
         notes,
     };
+    let closing = said.closing(&description.tree)?;
     let mut hand = ArticulatedHand::new(description, &said.hand_options(&options.hand))?;
+    hand.describe_closing(closing);
     said.allow_overlaps(&mut hand)?;
     Ok(hand)
 }

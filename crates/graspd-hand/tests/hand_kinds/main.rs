@@ -1,8 +1,11 @@
 //! Every kind of hand: forward kinematics against the crate `k`, pullbacks against central differences and the tape,
-//! mirror images.
+//! mirror images, spheres.
 
+mod kinds;
 mod motion;
 mod pullback;
+mod remainder;
+mod spheres;
 
 use graspd_geom::{Quaternion, Vec3, shared_file};
 use graspd_hand::{ArticulatedHand, Hand, HandOptions, HandPose, UrdfOptions, load_urdf};

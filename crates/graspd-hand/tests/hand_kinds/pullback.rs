@@ -1,14 +1,21 @@
 //! Pullbacks of every kind of hand, and of mirror images, against central differences and the tape.
 
-use graspd_geom::{Quaternion, Rigid, Vec3};
+use std::f64::consts::PI;
+
+use graspd_ad::{Real, Tape};
+use graspd_geom::{Mat3, Quaternion, Vec3};
 use graspd_hand::{
-    ArticulatedHand, Hand, HandPose, Kinematics, MirroredHand, PointBuffer, PoseGradient, allegro,
-    barrett, leap,
+    Hand, HandPose, Kinematics, Limit, MirroredHand, PointBuffer, PoseGradient, SkinnedHand,
+    allegro, barrett, leap,
 };
-use rand::{Rng, SeedableRng};
+use nalgebra::{DMatrix, DVector};
+use proptest::prelude::*;
+use proptest::test_runner::TestRunner;
+use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
-use crate::{BARRETT, LEAP, LEFT, at_origin, coarse, file, within_limits};
+use crate::kinds::{Kind, human_hand, make_human_hand, rigid, turning_gripper};
+use crate::{ALLEGRO, BARRETT, LEAP, LEFT, RIGHT, coarse, file, within_limits};
 
 struct Evaluated {
     contacts: PointBuffer<f64>,
@@ -16,8 +23,15 @@ struct Evaluated {
     gradient: PoseGradient,
 }
 
+/// What a scalar is made of.
+#[derive(Clone, Copy, PartialEq)]
+enum Over {
+    ContactsAndSpheres,
+    Contacts,
+}
+
 /// Points, and the pullback of a scalar that is not symmetric in anything.
-fn evaluated(hand: &dyn Hand, pose: &HandPose) -> (f64, Evaluated) {
+fn evaluated(hand: &dyn Hand, pose: &HandPose, over: Over) -> (f64, Evaluated) {
     let mut scratch = hand.new_scratch();
     let mut contacts = PointBuffer::<f64>::zeros(hand.contact_points().weight.len());
     let mut spheres = PointBuffer::zeros(hand.collision_spheres().radius.len());
@@ -33,8 +47,14 @@ fn evaluated(hand: &dyn Hand, pose: &HandPose) -> (f64, Evaluated) {
         }
         gradient
     };
-    let (contact_gradient, sphere_gradient) = (derivative(&contacts), derivative(&spheres));
+    let contact_gradient = derivative(&contacts);
+    let sphere_gradient = match over {
+        Over::ContactsAndSpheres => derivative(&spheres),
+        Over::Contacts => PointBuffer::zeros(spheres.len()),
+    };
+    // What was there before must not count.
     let mut gradient = PoseGradient::zero(pose.articulation.len());
+    gradient.articulation.fill(f64::NAN);
     hand.pullback(
         pose,
         &mut scratch,
@@ -87,98 +107,266 @@ fn moved(pose: &HandPose, index: usize, amount: f64) -> HandPose {
 /// Central differences: truncation about 1e-10 and cancellation about 1e-11 relative at this step.
 const STEP: f64 = 1e-5;
 const DIFFERENCES: f64 = 1e-6;
+/// Reverse mode sums up to 1600 points in another order.
+const REVERSE: f64 = 1e-10;
 
-fn assert_pullback(hand: &dyn Hand, pose: &HandPose) {
-    let (_, exact) = evaluated(hand, pose);
-    let exact = flat(&exact.gradient);
-    let size = exact.iter().fold(1.0_f64, |m, g| m.max(g.abs()));
+/// Reverse mode through base and joints, for the contact points alone.
+fn by_tape(kind: &Kind, pose: &HandPose) -> (f64, Vec<f64>) {
+    let mut tape = Tape::new();
+    tape.scope(|recording| {
+        let base = [0.0; 6].map(|x| recording.variable(x));
+        let articulation = recording.variables(&pose.articulation);
+        let turn = Quaternion::exp(Vec3::new(base[3], base[4], base[5])).to_matrix();
+        let rotation = turn.compose(&Mat3::constant(&pose.rotation.to_matrix()));
+        let translation = Vec3::constant(pose.translation) + Vec3::new(base[0], base[1], base[2]);
+        let mut sum = recording.variable(0.0);
+        for (i, point) in kind.contacts_over(&articulation).into_iter().enumerate() {
+            let (w, a) = coefficient(i);
+            let p = rotation.apply(point) + translation;
+            sum += p.dot(Vec3::constant(w)) + p.norm_squared().scale(a);
+        }
+        let adjoints = recording.adjoints(sum);
+        let gradient = base.iter().chain(&articulation).map(|&x| adjoints.of(x));
+        (sum.value(), gradient.collect())
+    })
+}
+
+/// Everything that is claimed of one pose.
+fn assert_pullback(kind: &Kind, pose: &HandPose) {
+    let hand = kind.hand();
+    let name = hand.name();
+    let size_of = |gradient: &[f64]| gradient.iter().fold(1.0_f64, |m, g| m.max(g.abs()));
+
+    let (_, all) = evaluated(hand, pose, Over::ContactsAndSpheres);
+    let exact = flat(&all.gradient);
+    let size = size_of(&exact);
     for (index, exact) in exact.iter().enumerate() {
-        let value = |amount: f64| evaluated(hand, &moved(pose, index, amount)).0;
+        let value = |amount: f64| {
+            let (value, _) = evaluated(hand, &moved(pose, index, amount), Over::ContactsAndSpheres);
+            value
+        };
         let difference = (value(STEP) - value(-STEP)) / (2.0 * STEP);
-        let error = (difference - exact).abs();
         assert!(
-            error <= DIFFERENCES * size,
-            "{}, coordinate {index}: {exact} {difference}",
-            hand.name()
+            (difference - exact).abs() <= DIFFERENCES * size,
+            "{name}, coordinate {index}: pulled back {exact}, by differences {difference}"
+        );
+    }
+
+    let (value, contacts) = evaluated(hand, pose, Over::Contacts);
+    let exact = flat(&contacts.gradient);
+    let (taped_value, taped) = by_tape(kind, pose);
+    assert!((value - taped_value).abs() <= REVERSE * value.abs().max(1.0));
+    let size = size_of(&exact);
+    for (index, (exact, taped)) in exact.iter().zip(&taped).enumerate() {
+        assert!(
+            (exact - taped).abs() <= REVERSE * size,
+            "{name}, coordinate {index}: pulled back {exact}, taped {taped}"
         );
     }
 }
 
-/// The built-in hands, a hand with slides and followers, and mirror images of both kinds.
-fn kinds() -> Vec<Box<dyn Hand>> {
-    let mut kinds: Vec<Box<dyn Hand>> = vec![
-        Box::new(leap(&coarse()).expect("default dimensions")),
-        Box::new(barrett(&coarse()).expect("default dimensions")),
-        Box::new(barrett(&coarse()).expect("default dimensions").mirrored()),
-        Box::new(MirroredHand::new(Box::new(
-            allegro(&coarse()).expect("default dimensions"),
-        ))),
-    ];
-    for path in [LEAP, BARRETT, LEFT] {
-        kinds.extend(file(path).map(|hand| Box::new(hand) as Box<dyn Hand>));
-    }
-    kinds
+/// Where one joint is.
+#[derive(Clone, Copy, Debug)]
+enum Place {
+    Zero,
+    Lower,
+    Upper,
+    /// So far on the way from the lower to the upper limit.
+    Within(f64),
 }
 
-#[test]
-fn pullbacks_are_derivatives_at_rest_at_limits_and_anywhere() {
-    let mut random = ChaCha8Rng::seed_from_u64(11);
-    for hand in kinds() {
-        let limits = hand.limits().expect("limits").to_vec();
-        let count = limits.len();
-        let mut articulations = vec![
-            vec![0.0; count],
-            limits.iter().map(|limit| limit.lower).collect(),
-            limits.iter().map(|limit| limit.upper).collect(),
-        ];
-        articulations.extend((0..4).map(|_| within_limits(hand.as_ref(), &mut random)));
-        for (index, articulation) in articulations.into_iter().enumerate() {
-            let mut draw = || random.random_range(-1.0..1.0);
-            // The first one with the base at rest, too.
-            let turn = if index == 0 {
-                Vec3::zero()
-            } else {
-                Vec3::new(draw(), draw(), draw()) * 3.0
-            };
-            let pose = HandPose {
-                translation: Vec3::new(draw(), draw(), draw()) * 0.2,
-                rotation: Quaternion::exp(turn).normalize(),
-                articulation,
-            };
-            assert_pullback(hand.as_ref(), &pose);
+impl Place {
+    fn on(self, limit: &Limit) -> f64 {
+        let half_turn = |bound: f64, sign: f64| if bound.is_finite() { bound } else { sign * PI };
+        let (lower, upper) = (half_turn(limit.lower, -1.0), half_turn(limit.upper, 1.0));
+        match self {
+            Self::Zero => 0.0,
+            Self::Lower => lower,
+            Self::Upper => upper,
+            Self::Within(share) => lower + share * (upper - lower),
         }
     }
 }
 
-/// The scalar of [`evaluated`] for a hand with its base at the origin, over any scalar type of articulation.
-fn over_any_scalar<T: graspd_ad::Real>(hand: &ArticulatedHand, x: &[T]) -> T {
-    let mut poses = vec![Rigid::identity(); hand.tree().body_count()];
-    hand.tree().forward(&Rigid::identity(), x, &mut poses);
-    let local = hand.local_contact_points();
-    let contacts = (0..local.len()).map(|i| (i, hand.contact_points().body[i], local.get(i)));
-    let centers = hand.local_sphere_centers().iter().enumerate();
-    let spheres = centers.map(|(i, center)| (i, hand.collision_spheres().body[i], *center));
-    let mut sum = T::zero();
-    for (i, body, point) in contacts.chain(spheres) {
-        let p = poses[body as usize].apply(Vec3::constant(point));
-        let (w, a) = coefficient(i);
-        sum += Vec3::constant(w).dot(p) + p.norm_squared() * T::constant(a);
+/// The most joints that a hand here has.
+const MOST_JOINTS: usize = 45;
+
+/// Poses of any hand: joints at 0, at their limits and between, the base turned by 0, by pi, beside both and between.
+fn poses() -> impl Strategy<Value = (HandPose, Vec<Place>)> {
+    let place = prop_oneof![
+        Just(Place::Zero),
+        Just(Place::Lower),
+        Just(Place::Upper),
+        (0.0..1.0).prop_map(Place::Within),
+    ];
+    let angle = prop_oneof![
+        Just(0.0),
+        Just(1e-9),
+        Just(PI - 1e-9),
+        Just(PI),
+        Just(PI + 1e-9),
+        0.0..2.0 * PI,
+    ];
+    let vector = || prop::array::uniform3(-1.0..1.0);
+    let places = prop::collection::vec(place, MOST_JOINTS);
+    (vector(), vector(), angle, places).prop_map(|(shift, axis, angle, places)| {
+        let axis = Vec3::from(axis) + Vec3::new(1e-3, 0.0, 0.0);
+        let pose = HandPose {
+            translation: Vec3::from(shift) * 0.3,
+            rotation: Quaternion::exp(axis.normalize_or_zero() * angle).normalize(),
+            articulation: Vec::new(),
+        };
+        (pose, places)
+    })
+}
+
+/// Poses that no drawing would meet: all joints at once at 0 and at either limit, the base turned by 0 and by half a
+/// turn about each axis.
+fn corner_poses(limits: &[Limit]) -> Vec<HandPose> {
+    let turns = [
+        Vec3::zero(),
+        Vec3::new(PI, 0.0, 0.0),
+        Vec3::new(0.0, PI, 0.0),
+        Vec3::new(0.0, 0.0, PI),
+    ];
+    let mut poses = Vec::new();
+    for place in [Place::Zero, Place::Lower, Place::Upper] {
+        for turn in turns {
+            poses.push(HandPose {
+                translation: Vec3::new(0.1, -0.2, 0.05),
+                rotation: Quaternion::exp(turn).normalize(),
+                articulation: limits.iter().map(|limit| place.on(limit)).collect(),
+            });
+        }
     }
-    sum
+    poses
+}
+
+/// Drawn poses of each kind of hand.
+const CASES: u32 = 12;
+
+/// Checks a kind of hand, unless its file is not there.
+fn check(kind: Option<Kind>) {
+    let Some(kind) = kind else { return };
+    let limits = kind.hand().limits().expect("all of these have limits");
+    for pose in corner_poses(limits) {
+        assert_pullback(&kind, &pose);
+    }
+    let mut runner = TestRunner::new(ProptestConfig {
+        failure_persistence: None,
+        ..ProptestConfig::with_cases(CASES)
+    });
+    let outcome = runner.run(&poses(), |(mut pose, places)| {
+        let places = places.iter().zip(limits);
+        pose.articulation = places.map(|(place, limit)| place.on(limit)).collect();
+        assert_pullback(&kind, &pose);
+        Ok(())
+    });
+    outcome.unwrap_or_else(|failure| panic!("{}: {failure}", kind.hand().name()));
 }
 
 #[test]
-fn pullbacks_through_followers_and_mirrors_are_reverse_mode() {
-    let original = barrett(&coarse()).expect("default dimensions");
-    let mut random = ChaCha8Rng::seed_from_u64(5);
-    for hand in [original.mirrored(), original] {
-        let articulation = within_limits(&hand, &mut random);
-        let (value, exact) = evaluated(&hand, &at_origin(articulation.clone()));
-        let (taped_value, taped) =
-            graspd_ad::gradient(|x| over_any_scalar(&hand, x), &articulation);
-        assert!((value - taped_value).abs() < 1e-12 * value.abs().max(1.0));
-        for (a, b) in taped.iter().zip(&exact.gradient.articulation) {
-            assert!((a - b).abs() < 1e-12 * b.abs().max(1.0), "{a} {b}");
+fn of_the_built_in_allegro_hand() {
+    check(Some(Kind::Rigid(rigid(allegro))));
+}
+
+#[test]
+fn of_the_built_in_leap_hand() {
+    check(Some(Kind::Rigid(rigid(leap))));
+}
+
+#[test]
+fn of_the_built_in_barrett_hand_and_its_image() {
+    check(Some(Kind::Rigid(rigid(barrett))));
+    check(Some(Kind::Rigid(rigid(barrett).mirrored())));
+}
+
+#[test]
+fn of_slides_followers_and_endless_joints() {
+    check(Some(Kind::Rigid(turning_gripper())));
+}
+
+#[test]
+fn of_every_urdf() {
+    for path in [ALLEGRO, RIGHT, LEFT, LEAP, BARRETT] {
+        check(file(path).map(Kind::Rigid));
+    }
+}
+
+#[test]
+fn of_the_built_in_human_hand() {
+    check(Some(Kind::Skinned(human_hand())));
+}
+
+#[test]
+fn of_the_image_of_the_human_hand() {
+    check(Some(Kind::mirrored(human_hand())));
+}
+
+#[test]
+fn of_a_hand_in_manos_layout_from_a_file() {
+    check(make_human_hand().map(Kind::Skinned));
+}
+
+/// Coefficients for rotation vectors of one length for every joint, each about an axis that it bends about.
+fn with_every_joint_turned_by(hand: &SkinnedHand, angle: f64) -> Vec<f64> {
+    let (components, mean) = (&hand.model().pose_components, &hand.model().pose_mean);
+    let mut wanted = vec![0.0; mean.len()];
+    for joint in wanted.chunks_exact_mut(3).enumerate() {
+        let (index, vector) = joint;
+        let entries =
+            |row: &[f64; 45]| Vec3::new(row[3 * index], row[3 * index + 1], row[3 * index + 2]);
+        let axis = components
+            .iter()
+            .map(entries)
+            .find(|axis| axis.norm() > 1e-3);
+        let axis = axis.expect("every joint moves").normalize_or_zero();
+        vector.copy_from_slice(&[axis.x, axis.y, axis.z].map(|entry| entry * angle));
+    }
+    let basis = DMatrix::from_fn(mean.len(), components.len(), |row, column| {
+        components[column][row]
+    });
+    let offset = DVector::from_fn(mean.len(), |row, _| wanted[row] - mean[row]);
+    let solution = basis
+        .svd(true, true)
+        .solve(&offset, 1e-9)
+        .expect("both sides were asked for");
+    let coefficients: Vec<f64> = solution.as_slice().to_vec();
+    let lengths = pose_lengths(hand, &coefficients);
+    assert!(
+        lengths
+            .iter()
+            .all(|length| (length - angle.abs()).abs() < 1e-9),
+        "{lengths:?}"
+    );
+    coefficients
+}
+
+/// Length of each joint's rotation vector \[rad\].
+fn pose_lengths(hand: &SkinnedHand, coefficients: &[f64]) -> Vec<f64> {
+    let (components, mean) = (&hand.model().pose_components, &hand.model().pose_mean);
+    let entry = |k: usize| {
+        let terms = components.iter().zip(coefficients);
+        mean[k] + terms.map(|(row, c)| row[k] * c).sum::<f64>()
+    };
+    (0..mean.len() / 3)
+        .map(|joint| Vec3::new(entry(3 * joint), entry(3 * joint + 1), entry(3 * joint + 2)).norm())
+        .collect()
+}
+
+#[test]
+fn of_skinned_hands_at_rotation_vectors_of_length_0_and_pi() {
+    for hand in [Some(human_hand()), make_human_hand()]
+        .into_iter()
+        .flatten()
+    {
+        for angle in [0.0, 1e-9, PI - 1e-9, PI, -PI, PI + 1e-9, 2.0 * PI] {
+            let pose = HandPose {
+                translation: Vec3::new(0.1, -0.2, 0.05),
+                rotation: Quaternion::exp(Vec3::new(0.3, 2.0, -0.4)).normalize(),
+                articulation: with_every_joint_turned_by(&hand, angle),
+            };
+            assert_pullback(&Kind::Skinned(hand.clone()), &pose);
         }
     }
 }
@@ -201,7 +389,7 @@ fn both_ways_of_mirroring_give_the_same_hand_and_twice_gives_the_original() {
         articulation: within_limits(&original, &mut random),
     };
     let near = |a: &dyn Hand, b: &dyn Hand| {
-        let [(_, a), (_, b)] = [a, b].map(|hand| evaluated(hand, &pose));
+        let [(_, a), (_, b)] = [a, b].map(|hand| evaluated(hand, &pose, Over::ContactsAndSpheres));
         for (p, q) in [(&a.contacts, &b.contacts), (&a.spheres, &b.spheres)] {
             assert!((0..p.len()).all(|i| (p.get(i) - q.get(i)).norm() < 1e-12));
         }
@@ -223,7 +411,7 @@ fn both_ways_of_mirroring_give_the_same_hand_and_twice_gives_the_original() {
     let mut points = PointBuffer::<f32>::zeros(outer.contact_points().weight.len());
     let mut spheres = PointBuffer::zeros(outer.collision_spheres().radius.len());
     outer.forward(&pose, &mut scratch, &mut points, &mut spheres);
-    let (_, exact) = evaluated(&inner, &pose);
+    let (_, exact) = evaluated(&inner, &pose, Over::ContactsAndSpheres);
     assert!((0..points.len()).all(|i| (points.get(i) - exact.contacts.get(i)).norm() < 1e-6));
     let volumes = [&inner as &dyn Hand, &outer, &original]
         .map(|hand| graspd_geom::signed_volume(&hand.surface(&pose)));
