@@ -28,8 +28,9 @@ usage: cargo xtask <command>
            [--without PART]... [--config FILE.toml] [--against FILE|DIR] [-o DIR] [--threads T] [--graspd PROGRAM]
         grasps of many objects, judged, with intervals; goes on where it was interrupted; --against says which
         differences to an earlier run are significant
-  reproduce-table4 [--ycb DIR] [--objects LIST] [--quick]
-        the paper's RGB-D experiment: grasps on true and reconstructed meshes, judged on the true ones
+  reproduce-table4 [--ycb DIR] [--objects LIST] [--quick] [--fresh]
+        the paper's RGB-D experiment: grasps on true and reconstructed meshes, judged on the true ones; an
+        interrupted run goes on where it was, --fresh begins anew
   viewer [--check]
         bundles the script of the page of graspd view with npm, or checks that it is what its sources give";
 

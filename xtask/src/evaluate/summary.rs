@@ -3,7 +3,7 @@
 use anyhow::{Result, bail};
 
 use super::bootstrap::{interval_95, value_of};
-use super::metrics::{COLUMNS, Column, Grasp, Kind, ObjectResult};
+use super::metrics::{Column, Grasp, Kind, ObjectResult};
 
 /// Which grasps of each object count.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -179,7 +179,10 @@ pub(super) fn common(
 /// The column of that name.
 #[cfg(test)]
 pub(super) fn column(key: &str) -> &'static Column {
-    COLUMNS.iter().find(|column| column.key == key).unwrap()
+    super::metrics::COLUMNS
+        .iter()
+        .find(|column| column.key == key)
+        .unwrap()
 }
 
 #[cfg(test)]

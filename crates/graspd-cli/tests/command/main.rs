@@ -7,6 +7,7 @@ mod bad_records;
 mod bad_settings;
 mod browser;
 mod cache;
+mod captures;
 mod determinism;
 mod distance_grid;
 mod foreign_grasps;
