@@ -15,7 +15,7 @@ use graspd_hand::{Hand, HandPose};
 
 use super::input::{HandLoading, RepairChoice, on_threads};
 use super::output::prepare_file;
-use super::subject::{hand_of, object_of, poses_of};
+use super::subject::{hand_of, objects_of, poses_of};
 use crate::console::{print, warn};
 use trajectory::Trajectories;
 
@@ -210,7 +210,7 @@ impl Subject {
             quiet,
         )?;
         let poses = poses_of(&records, &file, hand.as_ref(), quiet)?;
-        let object = object_of(
+        let objects = objects_of(
             &records,
             &file,
             arguments.object.as_deref(),
@@ -218,6 +218,14 @@ impl Subject {
             &arguments.repair,
             quiet,
         )?;
+        let scales = objects.len();
+        let mut objects = objects.into_iter();
+        let (Some(object), None) = (objects.next(), objects.next()) else {
+            bail!(
+                "{}: the grasps are for {scales} scales of the object, and one object is shown: set --scale",
+                file.display()
+            );
+        };
         for (record, pose) in records.iter().zip(&poses) {
             check_distance(&file, record, &hand.surface(pose), &object)?;
         }
