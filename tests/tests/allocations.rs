@@ -5,7 +5,7 @@
 use std::alloc::System;
 
 use graspd::{GraspObject, Losses, NamedMesh, SynthesisSettings, draw_start, synthesize};
-use graspd_hand::{Hand, HandOptions, HandPose, Kinematics, allegro};
+use graspd_hand::{Hand, HandOptions, HandPose, Kinematics, MirroredHand, allegro, builtin_hand};
 use graspd_sim::Precision;
 use stats_alloc::{INSTRUMENTED_SYSTEM, Stats, StatsAlloc};
 
@@ -35,16 +35,23 @@ fn steps_allocate_nothing() {
         collision_spheres: 30,
         ..HandOptions::default()
     };
-    let hand = allegro(&options).expect("these options are in range");
+    let rigid = allegro(&options).expect("these options are in range");
+    let soft = builtin_hand("human").expect("it is built in");
+    let mirrored = builtin_hand("human").expect("it is built in");
+    let mirrored = MirroredHand::new(mirrored);
     let source = NamedMesh::load("can", 1.0).expect("a built-in object");
     let object = GraspObject::prepare(source, 32, 1000.0, &|_| {}).expect("it has a volume");
-    for allocated in [
-        allocated_by_step::<f32>(&hand, &object),
-        allocated_by_step::<f64>(&hand, &object),
-    ] {
-        assert!(allocated[10].allocations > 0, "the counter counts");
-        for step in 10..20 {
-            assert_eq!(allocated[step], allocated[step + 1], "in step {step}");
+    let hands: [&dyn Hand; 3] = [&rigid, &*soft, &mirrored];
+    for hand in hands {
+        for allocated in [
+            allocated_by_step::<f32>(hand, &object),
+            allocated_by_step::<f64>(hand, &object),
+        ] {
+            assert!(allocated[10].allocations > 0, "the counter counts");
+            for step in 10..20 {
+                let (before, after) = (allocated[step], allocated[step + 1]);
+                assert_eq!(before, after, "{} in step {step}", hand.name());
+            }
         }
     }
 }

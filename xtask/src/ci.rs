@@ -6,7 +6,7 @@ use std::process::ExitCode;
 use anyhow::Result;
 
 use crate::steps::{Steps, cargo, run, status};
-use crate::{duplicates, edges, sources};
+use crate::{duplicates, edges, sources, viewer};
 
 /// Does all steps, quick ones first, and the tests last and with nothing printed after them: whoever reads the
 /// log finds their closing lines at its end.
@@ -21,6 +21,7 @@ pub(crate) fn check_all(root: &Path) -> Result<ExitCode> {
         duplicates::check_workspace(root)
     })?;
     steps.step("source rules", || sources::check_workspace(root))?;
+    steps.step("bundle of the viewer", || viewer::check_if_possible(root))?;
     steps.step("clippy", || {
         succeed("clippy --locked --workspace --all-targets -- -D warnings")
     })?;

@@ -2,11 +2,16 @@
 
 mod bench;
 mod ci;
+mod command;
 mod duplicates;
 mod edges;
+mod engines;
+mod evaluate;
+mod objects;
 mod sources;
 mod steps;
 mod table4;
+mod viewer;
 
 use std::path::Path;
 use std::process::ExitCode;
@@ -17,8 +22,17 @@ usage: cargo xtask <command>
   ci    format, layering and source rules, clippy, documentation, doctests, tests
   bench [--save NAME]
         processor times of a synthesis step by each backend, as one table; NAME keeps them for criterion
-  reproduce-table4 [--ycb DIR] [--objects LIST] [--quick]
-        the paper's RGB-D experiment: grasps on true and reconstructed meshes, judged on the true ones";
+  engines [--compare]
+        set up PyBullet and MuJoCo for `graspd eval --engine`; judge sixty grasps by each of them and the one built in
+  evaluate [--objects ycb|table4|NAME,...] [--hand HAND] [--preset P] [--starts N] [--steps N] [--seed S] [--resolution N]
+           [--without PART]... [--config FILE.toml] [--against FILE|DIR] [-o DIR] [--threads T] [--graspd PROGRAM]
+        grasps of many objects, judged, with intervals; goes on where it was interrupted; --against says which
+        differences to an earlier run are significant
+  reproduce-table4 [--ycb DIR] [--objects LIST] [--quick] [--fresh]
+        the paper's RGB-D experiment: grasps on true and reconstructed meshes, judged on the true ones; an
+        interrupted run goes on where it was, --fresh begins anew
+  viewer [--check]
+        bundles the script of the page of graspd view with npm, or checks that it is what its sources give";
 
 fn main() -> ExitCode {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
@@ -35,6 +49,15 @@ fn main() -> ExitCode {
                 ExitCode::FAILURE
             }
         },
+        ["engines"] => exit_code(engines::set_up(&root)),
+        ["engines", "--compare"] => exit_code(engines::compare(&root)),
+        ["evaluate", rest @ ..] => match evaluate::Options::parse(rest) {
+            Some(options) => exit_code(evaluate::evaluate(&root, &options)),
+            None => {
+                eprintln!("{USAGE}");
+                ExitCode::from(2)
+            }
+        },
         ["reproduce-table4", rest @ ..] => match table4::Options::parse(rest) {
             Some(options) => exit_code(table4::reproduce(&root, &options)),
             None => {
@@ -42,6 +65,8 @@ fn main() -> ExitCode {
                 ExitCode::from(2)
             }
         },
+        ["viewer"] => exit_code(viewer::rebuild(&root)),
+        ["viewer", "--check"] => exit_code(viewer::check(&root)),
         ["help" | "--help" | "-h"] => {
             println!("{USAGE}");
             ExitCode::SUCCESS

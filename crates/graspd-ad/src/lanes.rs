@@ -16,12 +16,14 @@
 
 #[cfg(any(test, not(target_arch = "x86_64")))]
 mod array;
+mod instructions;
 mod mask;
 mod register;
 mod scalar;
 #[cfg(test)]
 mod tests;
 
+pub use instructions::{INSTRUCTIONS_VARIABLE, Instructions, UnknownInstructions};
 pub use mask::LaneMask;
 pub(crate) use register::Register;
 pub use scalar::LanesOver;
@@ -58,7 +60,8 @@ pub trait Kernel {
     fn run<L: Real<Element = f32>>(self) -> Self::Output;
 }
 
-/// Runs a kernel with AVX2 where the processor has it, else with [`Lanes`]; the result is the same bit for bit.
+/// Runs a kernel with the widest instructions of the machine, see [`Instructions::in_use`]; the result is the same bit
+/// for bit with all of them.
 ///
 /// ```
 /// use graspd_ad::{Kernel, Real, vectorize};
@@ -76,18 +79,42 @@ pub trait Kernel {
 /// assert_eq!(vectorize(SumOfSquares(&[2.0; 16])), 64.0);
 /// ```
 pub fn vectorize<K: Kernel>(kernel: K) -> K::Output {
+    vectorize_with(Instructions::in_use(), kernel)
+}
+
+/// [`vectorize`] with these instructions, or the widest below them that the processor has.
+pub fn vectorize_with<K: Kernel>(instructions: Instructions, kernel: K) -> K::Output {
     #[cfg(target_arch = "x86_64")]
     {
         #[target_feature(enable = "avx2")]
         fn with_avx2<K: Kernel>(kernel: K) -> K::Output {
             kernel.run::<LanesOver<x86::Avx2>>()
         }
-        if std::is_x86_feature_detected!("avx2") {
+        // The same instructions with twice as many registers: long formulas spill less.
+        #[target_feature(enable = "avx2,avx512f,avx512bw,avx512dq,avx512vl")]
+        fn with_avx512<K: Kernel>(kernel: K) -> K::Output {
+            kernel.run::<LanesOver<x86::Avx2>>()
+        }
+        if instructions == Instructions::Avx512 && has_avx512() {
+            // SAFETY: the processor has these instructions, as was just seen.
+            return unsafe { with_avx512(kernel) };
+        }
+        if instructions >= Instructions::Avx2 && std::is_x86_feature_detected!("avx2") {
             // SAFETY: the processor has AVX2, as was just seen.
             return unsafe { with_avx2(kernel) };
         }
     }
     kernel.run::<Lanes>()
+}
+
+/// Whether the processor has the parts of AVX-512 that are used.
+#[cfg(target_arch = "x86_64")]
+fn has_avx512() -> bool {
+    std::is_x86_feature_detected!("avx2")
+        && std::is_x86_feature_detected!("avx512f")
+        && std::is_x86_feature_detected!("avx512bw")
+        && std::is_x86_feature_detected!("avx512dq")
+        && std::is_x86_feature_detected!("avx512vl")
 }
 
 /// All bits of a lane are set where the bit of its number is.

@@ -72,7 +72,10 @@ pub use derivative::{
     Function, HessianVar, LengthMismatch, gradient, gradient_forward, hessian, jacobian, jvp, vjp,
 };
 pub use dual::Dual;
-pub use lanes::{Kernel, LaneMask, Lanes, LanesOver, vectorize};
+pub use lanes::{
+    INSTRUCTIONS_VARIABLE, Instructions, Kernel, LaneMask, Lanes, LanesOver, UnknownInstructions,
+    vectorize, vectorize_with,
+};
 pub use real::{Element, Mask, Real};
 pub use smooth::{leaky_min, safe_acos, safe_divide, safe_norm};
 pub use tape::{Adjoints, Recording, Tape};

@@ -57,6 +57,15 @@ impl Element for f32 {}
 ///   when it is infinite or NaN.
 /// * At a kink the derivative is one that the documentation of the function names; it is never NaN.
 /// * `Real` does not require `'static`: a `Var` borrows its tape.
+///
+/// NaN and signed zeros are those of IEEE 754, in every lane as in a plain float, bit for bit but for which NaN it is:
+/// * Comparisons with NaN are false, so `!x.lt(y)` is not `x.ge(y)`, and `select` then takes its last argument.
+/// * [`Real::min`] and [`Real::max`] are such selections: `other` if either is NaN. So `x.min(NaN)` is NaN but
+///   `NaN.min(x)` is `x`, other than `f32::min`; and `NaN.clamp(low, high)` is `low`.
+/// * -0 equals 0, and of the two `min` and `max` give `self`. Negation and `abs` change the sign of zeros; `floor`,
+///   `sqrt`, `sin`, `tan`, `asin`, `atan`, `tanh` keep it.
+/// * [`Real::recip`] of -0 is -infinity; `sqrt` and `ln` of what is below 0 are NaN.
+/// * Denormal numbers are kept: no instruction set flushes them to 0.
 pub trait Real:
     Copy + Debug + Zero + One + NumOps + NumAssignOps + std::ops::Neg<Output = Self> + FromPrimitive
 {

@@ -9,7 +9,7 @@ use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 
-use commands::{cache, eval, gws, hands, objects, reconstruct, repair, scan, sdf, synth};
+use commands::{cache, eval, gws, hands, objects, reconstruct, repair, scan, sdf, synth, view};
 
 /// Synthesises contact-rich grasps for multi-fingered hands by optimising through a differentiable contact simulation.
 #[derive(Parser)]
@@ -25,6 +25,8 @@ enum Command {
     Synth(synth::Arguments),
     /// Evaluate grasps already made, by anyone
     Eval(eval::Arguments),
+    /// Show the grasps of a run: a page in 3-D, or pictures
+    View(view::Arguments),
     /// Epsilon and volume of a set of wrenches
     Gws(gws::Arguments),
     /// Write the signed distance grid of an object
@@ -44,23 +46,29 @@ enum Command {
 }
 
 fn main() -> ExitCode {
-    let result = match Cli::parse().command {
-        Command::Synth(arguments) => synth::run(&arguments),
-        Command::Eval(arguments) => eval::run(&arguments),
-        Command::Gws(arguments) => gws::run(&arguments),
-        Command::Sdf(arguments) => sdf::run(&arguments),
-        Command::Repair(arguments) => repair::run(&arguments),
-        Command::Scan(arguments) => scan::run(&arguments),
-        Command::Reconstruct(arguments) => reconstruct::run(&arguments),
-        Command::Cache(arguments) => cache::run(&arguments),
-        Command::Hands(arguments) => hands::run(&arguments),
-        Command::Objects(arguments) => objects::run(&arguments),
-    };
-    match result {
+    match run(&Cli::parse().command) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
             console::tell(&format!("error: {}", console::describe(&error)));
             ExitCode::FAILURE
         }
+    }
+}
+
+fn run(command: &Command) -> anyhow::Result<()> {
+    // Else a mistake in its name would go unseen.
+    graspd::Instructions::requested()?;
+    match command {
+        Command::Synth(arguments) => synth::run(arguments),
+        Command::Eval(arguments) => eval::run(arguments),
+        Command::View(arguments) => view::run(arguments),
+        Command::Gws(arguments) => gws::run(arguments),
+        Command::Sdf(arguments) => sdf::run(arguments),
+        Command::Repair(arguments) => repair::run(arguments),
+        Command::Scan(arguments) => scan::run(arguments),
+        Command::Reconstruct(arguments) => reconstruct::run(arguments),
+        Command::Cache(arguments) => cache::run(arguments),
+        Command::Hands(arguments) => hands::run(arguments),
+        Command::Objects(arguments) => objects::run(arguments),
     }
 }

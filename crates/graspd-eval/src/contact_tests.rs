@@ -1,10 +1,11 @@
 //! Contact area, interpenetration, penetration depth and contacts of solids whose values are known in closed form.
 
 use graspd_geom::{SignedDistance, TriangleMesh};
-use nalgebra::{Isometry3, Vector3};
+use nalgebra::{Isometry3, Point3, Vector3};
+use std::collections::BTreeSet;
 use std::f64::consts::PI;
 
-use crate::contact_area::contact_area_cm2;
+use crate::contact_area::{contact_area_cm2, voxel_count_area_cm2};
 use crate::contacts::contacts;
 use crate::penetration::max_penetration_mm;
 use crate::test_shapes::{box_mesh, sphere_mesh, together};
@@ -178,7 +179,7 @@ fn depth_of_a_sphere_in_the_middle_of_a_face() {
 }
 
 /// Winding number of `mesh` about a point by the sum of its triangles' solid angles: shares nothing with the trees.
-fn winding_number(mesh: &TriangleMesh, point: &nalgebra::Point3<f64>) -> f64 {
+fn winding_number(mesh: &TriangleMesh, point: &Point3<f64>) -> f64 {
     let solid_angle = |face: usize| {
         let [a, b, c] = mesh.corners(face).map(|corner| corner - point);
         let (x, y, z) = (a.norm(), b.norm(), c.norm());
@@ -188,12 +189,63 @@ fn winding_number(mesh: &TriangleMesh, point: &nalgebra::Point3<f64>) -> f64 {
     (0..mesh.faces.len()).map(solid_angle).sum::<f64>() / (4.0 * PI)
 }
 
+/// Whether a triangle and a voxel have a point in common: no axis of a face's normal, of an edge, or of a product of both
+/// separates them. Shares nothing with the cutting of polygons.
+fn meets(corners: &[Point3<f64>; 3], voxel: [i64; 3], size: f64) -> bool {
+    let center = Point3::from(voxel.map(|i| (i as f64 + 0.5) * size));
+    let [a, b, c] = corners.map(|corner| corner - center);
+    let mut axes = vec![(b - a).cross(&(c - a))];
+    for unit in [Vector3::x(), Vector3::y(), Vector3::z()] {
+        axes.push(unit);
+        axes.extend([b - a, c - b, a - c].map(|edge| unit.cross(&edge)));
+    }
+    axes.iter().all(|axis| {
+        let along = [a, b, c].map(|corner| corner.dot(axis));
+        let reach = 0.5 * size * axis.abs().sum();
+        let (low, high) = along.iter().fold((f64::MAX, f64::MIN), |(low, high), x| {
+            (low.min(*x), high.max(*x))
+        });
+        low < reach && high > -reach
+    })
+}
+
+/// Voxels of the hand inside the object, of its solid and of its surface, as the definition says: every voxel of the
+/// hand's bounds is looked at, by winding numbers and by every triangle.
+fn voxels_by_definition(
+    hand: &TriangleMesh,
+    object: &TriangleMesh,
+    size: f64,
+) -> [BTreeSet<[i64; 3]>; 2] {
+    let (low, high) = hand.bounds().unwrap();
+    let first = low.map(|x| (x / size).floor() as i64);
+    let last = high.map(|x| (x / size).ceil() as i64);
+    let mut found = [BTreeSet::new(), BTreeSet::new()];
+    for i in first.x..last.x {
+        for j in first.y..last.y {
+            for k in first.z..last.z {
+                let voxel = [i, j, k];
+                let center = Point3::from(voxel.map(|i| (i as f64 + 0.5) * size));
+                if winding_number(object, &center) < 0.5 {
+                    continue;
+                }
+                if winding_number(hand, &center) > 0.5 {
+                    found[0].insert(voxel);
+                }
+                if (0..hand.faces.len()).any(|face| meets(&hand.corners(face), voxel, size)) {
+                    found[1].insert(voxel);
+                }
+            }
+        }
+    }
+    found
+}
+
 #[test]
-fn common_voxels_are_those_of_a_look_at_every_voxel() {
+fn voxels_are_those_of_a_look_at_every_voxel() {
     let mug = graspd_geom::builtin_object("mug").unwrap();
     let (low, high) = mug.bounds().unwrap();
     // A finger across the mug's wall, and two overlapping ones that reach into its cavity.
-    let side = nalgebra::Point3::new(low.x, 0.5 * (low.y + high.y), 0.5 * (low.z + high.z));
+    let side = Point3::new(low.x, 0.5 * (low.y + high.y), 0.5 * (low.z + high.z));
     let finger = graspd_geom::capsule_mesh(0.008, 0.03, 0.004);
     let at = |x: f64, turn: f64| {
         let motion = Isometry3::new(
@@ -204,25 +256,66 @@ fn common_voxels_are_those_of_a_look_at_every_voxel() {
     };
     for hand in [at(0.001, 1.2), together(&[at(0.002, 0.4), at(0.006, 0.9)])] {
         let size = 1.7e-3;
-        let (low, high) = hand.bounds().unwrap();
-        let (first, last) = (
-            low.map(|x| (x / size).floor()),
-            high.map(|x| (x / size).ceil()),
-        );
-        let range = |axis: usize| first[axis] as i64..last[axis] as i64;
-        let mut expected = 0;
-        for i in range(0) {
-            for j in range(1) {
-                for k in range(2) {
-                    let center = nalgebra::Point3::from([i, j, k].map(|i| (i as f64 + 0.5) * size));
-                    let is_inside = |mesh| winding_number(mesh, &center) > 0.5;
-                    expected += u64::from(is_inside(&hand) && is_inside(&mug));
-                }
+        let [solid, surface] = voxels_by_definition(&hand, &mug, size);
+        assert!(solid.len() > 20 && surface.len() > 20);
+        let (object, hand_solid) = (distance(&mug), distance(&hand));
+        let mut common = BTreeSet::new();
+        crate::voxels::for_each_common_block(&object, &hand_solid, size, &mut |first, side| {
+            for index in 0..side.pow(3) {
+                let step = [index % side, index / side % side, index / (side * side)];
+                common.insert([0, 1, 2].map(|axis| first[axis] + step[axis]));
             }
+        });
+        assert_eq!(common, solid);
+        let count = crate::voxels::count_common_voxels(&object, &hand_solid, size);
+        assert_eq!(count as usize, solid.len());
+
+        let voxels = surface_voxels(&hand, &hand_solid, &object, size, 1e-3);
+        let touching: Vec<_> = voxels.iter().filter(|voxel| voxel.distance < 0.0).collect();
+        let touched: BTreeSet<[i64; 3]> = touching
+            .iter()
+            .map(|voxel| [0, 1, 2].map(|axis| (voxel.point[axis] / size).floor() as i64))
+            .collect();
+        assert_eq!(touched.len(), touching.len());
+        // Of two fingers, what is buried in the other does not count, and that alone is missing.
+        assert!(touched.is_subset(&surface));
+        for voxel in surface.difference(&touched) {
+            let center = Point3::from(voxel.map(|i| (i as f64 + 0.5) * size));
+            assert!(
+                hand_solid.signed_distance(&center) < 0.9 * size,
+                "{voxel:?}"
+            );
+            assert!(
+                hand.faces.len() > finger.faces.len(),
+                "{voxel:?} is missing"
+            );
         }
-        assert!(expected > 20, "{expected}");
-        let count = crate::voxels::count_common_voxels(&distance(&mug), &distance(&hand), size);
-        assert_eq!(count, expected);
+    }
+}
+
+#[test]
+fn a_count_of_voxels_overestimates_inclined_surfaces() {
+    // Inside a larger box all of its surface is in contact.
+    let around = box_mesh([0.0; 3], [0.2; 3]);
+    let body = box_mesh([0.0; 3], [0.04, 0.03, 0.02]);
+    let size = 0.25e-3;
+    for turn in [
+        Vector3::zeros(),
+        Vector3::new(0.4, 0.7, -0.3),
+        Vector3::new(0.0, 0.0, PI / 4.0),
+    ] {
+        let motion = Isometry3::new(Vector3::new(1.03e-4, -0.57e-4, 0.91e-4), turn);
+        let hand = body.transformed(&motion);
+        let object = distance(&around.transformed(&motion));
+        let voxels = surface_voxels(&hand, &distance(&hand), &object, size, 0.0);
+        let area = contact_area_cm2(&voxels, 0.0);
+        assert!((area / body.area() * 1e-4 - 1.0).abs() < 1e-9, "{area}");
+        let count = voxel_count_area_cm2(&voxels, 0.0, size);
+        let expected: f64 = (0..hand.faces.len())
+            .map(|face| 0.5 * hand.area_vector(face).abs().sum() * 1e4)
+            .sum();
+        // At its edges voxels of two faces are one.
+        assert!((count / expected - 1.0).abs() < 0.03, "{count} {expected}");
     }
 }
 
@@ -260,6 +353,14 @@ fn volumes_and_areas_converge_at_first_order_or_faster() {
     let exact = 4.0 * 3.0 + 2.0 * (4.0 + 3.0) * 0.3;
     let measure = |motion: &Isometry3<f64>, size: f64| {
         touch(&hand.transformed(motion), &object.transformed(motion), size).0
+    };
+    let [coarse, fine] = [3e-3, 0.75e-3].map(|size| error_at(size, exact, measure));
+    assert!(fine < 0.25 * coarse && fine < 1e-2, "{coarse} {fine}");
+    // A cap of a sphere, 4 mm high, in the top of a box: 2 pi R h.
+    let ball = sphere_mesh([0.003, 0.002, 0.02 + 0.02 - 0.004], 0.02, 40);
+    let exact = 2.0 * PI * 2.0 * 0.4;
+    let measure = |motion: &Isometry3<f64>, size: f64| {
+        touch(&ball.transformed(motion), &object.transformed(motion), size).0
     };
     let [coarse, fine] = [3e-3, 0.75e-3].map(|size| error_at(size, exact, measure));
     assert!(fine < 0.25 * coarse && fine < 1e-2, "{coarse} {fine}");

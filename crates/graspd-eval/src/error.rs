@@ -59,7 +59,9 @@ pub enum EvaluationError {
         hand: usize,
     },
     /// A list of metrics has a name that is none.
-    #[error("there is no metric `{name}`; choose from ca, iv, pd, gws, sd, sd6, shake and all")]
+    #[error(
+        "there is no metric `{name}`; choose from ca, iv, pd, spd, gws, sd, sd6, shake and all"
+    )]
     UnknownMetric {
         /// The name.
         name: String,

@@ -45,7 +45,7 @@ impl EpsilonSettings {
     }
 
     /// The L-infinity measure of contacts with so many wrenches each, to 1 part in 10^6, or to what 300 000 facets
-    /// (half a second or so) allow.
+    /// (two seconds or so) allow.
     pub fn each(wrenches_per_contact: usize) -> Self {
         Self {
             limit: ForceLimit::Each,

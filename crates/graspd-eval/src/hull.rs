@@ -19,7 +19,9 @@ mod certificate;
 mod exact;
 mod expansion;
 mod frame;
+mod frontier;
 mod hyperplane;
+mod inverse;
 mod polytope;
 mod predicates;
 mod quickhull;
@@ -28,10 +30,11 @@ mod volume;
 mod wide_integer;
 
 use crate::error::EvaluationError;
-use body::{FramedSum, PointSet, SumOfGroups};
+use body::{Body, FramedSum, PointSet, SumOfGroups};
 use certificate::DEPTH_SLACK;
-use expansion::Expansion;
+use expansion::{Expansion, Goal};
 use frame::{Frame, Start};
+use frontier::Frontier;
 use polytope::{Polytope, Stop};
 
 pub use volume::{HullVolume, VolumeMethod, VolumeSettings, hull_volume};
@@ -161,7 +164,8 @@ pub struct DepthBounds {
 pub struct DepthSearch {
     /// Where `upper - lower <= relative_gap * upper`; with 0, both are the depth to within rounding.
     pub relative_gap: f64,
-    /// Or where the inner polytope would have more facets than this: 130 bytes each.
+    /// Or where more facets than this would have to be kept, of those that may be the nearest (350 bytes each) or, where rounding
+    /// asks for it, of the whole inner polytope (130 bytes each).
     pub most_facets: usize,
 }
 
@@ -210,15 +214,14 @@ pub fn origin_depth<const D: usize>(
         Start::Flat { affine_dimension } => return Ok(OriginDepth::Flat { affine_dimension }),
         Start::Full { frame, simplex } => (frame, simplex),
     };
+    let body = PointSet::new(&frame.points);
+    if let Some(bounds) = depth_by_frontier(&mut frame, &body, &simplex, search) {
+        return Ok(OriginDepth::Between(bounds));
+    }
     let build = |frame: &mut Frame<D>| {
         let body = PointSet::new(&frame.points);
-        expansion::expand(
-            frame,
-            &body,
-            &simplex,
-            search.relative_gap,
-            search.most_facets,
-        )
+        let (gap, most) = (search.relative_gap, search.most_facets);
+        expansion::expand(frame, &body, &simplex, gap, most, Goal::Bounds)
     };
     let Expansion { bounds, .. } = certified(&mut frame, build, |found| &found.polytope)?;
     Ok(OriginDepth::Between(bounds))
@@ -243,20 +246,39 @@ pub fn origin_depth_of_sum<const D: usize>(
         Start::Full { frame, simplex } => (frame, simplex),
     };
     let first = frame.points.len();
+    let body = FramedSum { sum: &sum };
+    if let Some(bounds) = depth_by_frontier(&mut frame, &body, &simplex, search) {
+        return Ok(OriginDepth::Between(bounds));
+    }
     let build = |frame: &mut Frame<D>| {
         // A second run begins where the first did.
         frame.points.truncate(first);
-        let body = FramedSum { sum: &sum };
-        expansion::expand(
-            frame,
-            &body,
-            &simplex,
-            search.relative_gap,
-            search.most_facets,
-        )
+        let (gap, most) = (search.relative_gap, search.most_facets);
+        expansion::expand(frame, &body, &simplex, gap, most, Goal::Bounds)
     };
     let Expansion { bounds, .. } = certified(&mut frame, build, |found| &found.polytope)?;
     Ok(OriginDepth::Between(bounds))
+}
+
+/// The depth by an inner polytope until the origin is inside, and from then on by those of its facets that may be the
+/// nearest; `None` where rounding got in the way of either.
+fn depth_by_frontier<const D: usize>(
+    frame: &mut Frame<D>,
+    body: &impl Body<D>,
+    simplex: &[u32],
+    search: &DepthSearch,
+) -> Option<DepthBounds> {
+    let (gap, most) = (search.relative_gap, search.most_facets);
+    let begun = expansion::expand(frame, body, simplex, gap, most, Goal::OriginInside).ok()?;
+    if !certificate::is_convex(frame, &begun.polytope, DEPTH_SLACK) {
+        return None;
+    }
+    if !begun.is_begun {
+        return Some(begun.bounds);
+    }
+    let upper = begun.bounds.upper / frame.scale;
+    let frontier = Frontier::new(frame, &begun.polytope, upper).ok()?;
+    frontier.search(frame, body, gap, most).ok()
 }
 
 /// Runs a construction in rounded arithmetic and, if what it makes is not convex, again in exact arithmetic.

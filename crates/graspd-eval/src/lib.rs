@@ -56,6 +56,7 @@ mod polygon;
 mod report;
 #[cfg(test)]
 mod report_tests;
+mod self_penetration;
 mod settings;
 #[cfg(test)]
 mod test_shapes;
@@ -79,5 +80,6 @@ pub use hull::{
 };
 pub use interpenetration::interpenetration_volume_cm3;
 pub use report::{GraspMetrics, ObjectUnderTest, evaluate};
+pub use self_penetration::SelfPenetration;
 pub use settings::{EvaluationSettings, Metrics};
 pub use wrench_space::{Contact, FRICTION_EDGES, FingerModel, grasp_wrenches, largest_radius};

@@ -7,7 +7,7 @@ use nalgebra::{Matrix3, Point3};
 use serde::{Deserialize, Serialize};
 
 use crate::EvaluationError;
-use crate::contact_area::contact_area_cm2;
+use crate::contact_area::{contact_area_cm2, voxel_count_area_cm2};
 use crate::contacts::contacts;
 use crate::displacement::{
     DecompositionSettings, DynamicObject, FixedHand, ObjectPieces, SIX_DIRECTIONS, shake, simulate,
@@ -17,6 +17,7 @@ use crate::ferrari_canny::{EpsilonSettings, ForceLimit, ferrari_canny};
 use crate::hull::{VolumeMethod, hull_volume};
 use crate::interpenetration::interpenetration_volume_cm3;
 use crate::penetration::max_penetration_mm;
+use crate::self_penetration::SelfPenetration;
 use crate::settings::EvaluationSettings;
 use crate::voxels::surface_voxels;
 use crate::wrench_space::{Contact, FingerModel, largest_radius};
@@ -32,6 +33,7 @@ pub struct ObjectUnderTest {
     /// Made when a displacement is first asked for: it takes seconds, and other metrics do not need it.
     pieces: OnceLock<ObjectPieces>,
     dynamic: OnceLock<DynamicObject>,
+    hand: Option<SelfPenetration>,
 }
 
 impl ObjectUnderTest {
@@ -67,6 +69,7 @@ impl ObjectUnderTest {
             cache: None,
             pieces: OnceLock::new(),
             dynamic: OnceLock::new(),
+            hand: None,
         })
     }
 
@@ -74,6 +77,16 @@ impl ObjectUnderTest {
     #[must_use]
     pub fn with_cache(self, cache: Option<DiskCache>) -> Self {
         Self { cache, ..self }
+    }
+
+    /// Tells what the hand of the grasps looks like at rest (open), which the self-penetration is measured against: links
+    /// overlap at their joints by construction.
+    ///
+    /// # Errors
+    /// [`EvaluationError::BadMesh`] for a hand that is not closed.
+    pub fn grasped_by(self, hand_at_rest: &TriangleMesh) -> Result<Self, EvaluationError> {
+        let hand = Some(SelfPenetration::new(hand_at_rest)?);
+        Ok(Self { hand, ..self })
     }
 
     /// The exact signed distance to the object.
@@ -138,6 +151,9 @@ impl ObjectUnderTest {
 pub struct GraspMetrics {
     /// Area of the hand's surface in contact \[cm^2\].
     pub contact_area_cm2: Option<f64>,
+    /// The same voxels, each counted as the area of its side whichever way the surface in it is tilted \[cm^2\]: about
+    /// 1.5 times as much, and what published contact areas are to be compared with (docs/judge.md).
+    pub contact_area_voxel_count_cm2: Option<f64>,
     /// Volume of the hand inside the object \[cm^3\].
     pub interpenetration_volume_cm3: Option<f64>,
     /// Their ratio \[1/cm\]; `None` also where the hand does not penetrate at all.
@@ -164,6 +180,8 @@ pub struct GraspMetrics {
     pub sim_engine: Option<String>,
     /// Largest depth of the hand's surface inside the object \[mm\].
     pub max_penetration_mm: Option<f64>,
+    /// Largest depth of the hand inside itself \[mm\]; `None` also where its shape at rest is not known.
+    pub self_penetration_mm: Option<f64>,
     /// How many contacts (surface voxels within the contact tolerance) there are.
     pub contacts: Option<usize>,
 }
@@ -195,7 +213,10 @@ pub fn evaluate(
         let (size, half) = (settings.voxel_size, settings.half_diagonal());
         let voxels = surface_voxels(hand, &solid, &object.distance, size, settings.reach());
         if wanted.contact_area {
-            metrics.contact_area_cm2 = Some(contact_area_cm2(&voxels, settings.contact_threshold));
+            let threshold = settings.contact_threshold;
+            metrics.contact_area_cm2 = Some(contact_area_cm2(&voxels, threshold));
+            metrics.contact_area_voxel_count_cm2 =
+                Some(voxel_count_area_cm2(&voxels, threshold, size));
         }
         if wanted.max_penetration {
             let deepest = max_penetration_mm(hand, &voxels, half, &object.distance);
@@ -205,6 +226,11 @@ pub fn evaluate(
             let all = contacts(&voxels, half, &object.distance, settings.contact_tolerance);
             wrench_space_metrics(&mut metrics, object, &all, settings)?;
         }
+    }
+    if let Some(at_rest) = &object.hand
+        && wanted.self_penetration
+    {
+        metrics.self_penetration_mm = Some(at_rest.depth_mm(hand)?);
     }
     if let (Some(area), Some(volume)) = (
         metrics.contact_area_cm2,

@@ -13,7 +13,7 @@ use crate::wrench_space::FRICTION_EDGES;
 /// Which metrics to compute; default: all.
 ///
 /// Reads from a list such as `ca,iv,sd`: `ca` contact area, `iv` interpenetration volume, `pd` penetration depth,
-/// `gws` wrench space (epsilon and volume), `sd` displacement, `sd6` mean displacement over six directions,
+/// `spd` self-penetration depth, `gws` wrench space (epsilon and volume), `sd` displacement, `sd6` mean displacement over six directions,
 /// `shake` the shake test, `all`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Metrics {
@@ -23,6 +23,9 @@ pub struct Metrics {
     pub interpenetration_volume: bool,
     /// Maximum penetration depth.
     pub max_penetration: bool,
+    /// Penetration of the hand into itself.
+    #[serde(default)]
+    pub self_penetration: bool,
     /// Epsilon and volume of the grasp wrench space.
     pub wrench_space: bool,
     /// Simulation displacement along the protocol's gravity.
@@ -40,6 +43,7 @@ impl Metrics {
         contact_area: true,
         interpenetration_volume: true,
         max_penetration: true,
+        self_penetration: true,
         wrench_space: true,
         displacement: true,
         displacement_mean6: true,
@@ -50,6 +54,7 @@ impl Metrics {
         contact_area: false,
         interpenetration_volume: false,
         max_penetration: false,
+        self_penetration: false,
         wrench_space: false,
         displacement: false,
         displacement_mean6: false,
@@ -84,6 +89,7 @@ impl FromStr for Metrics {
                 "ca" => metrics.contact_area = true,
                 "iv" => metrics.interpenetration_volume = true,
                 "pd" => metrics.max_penetration = true,
+                "spd" => metrics.self_penetration = true,
                 "gws" => metrics.wrench_space = true,
                 "sd" => metrics.displacement = true,
                 "sd6" => metrics.displacement_mean6 = true,

@@ -13,27 +13,46 @@ use crate::polygon::{area_and_centroid, clip, clip_to_box, extent};
 const BLOCK: i64 = 32;
 
 /// How many voxel centres lie inside both solids.
-///
-/// A block of voxels is skipped, or counted at once, as soon as its centre is farther from a surface than its
-/// corners are from its centre: a signed distance changes by no more than the distance moved.
 pub(crate) fn count_common_voxels(a: &SignedDistance, b: &SignedDistance, size: f64) -> u64 {
+    let mut count = 0;
+    for_each_common_block(a, b, size, &mut |_, side| {
+        count += (side * side * side) as u64;
+    });
+    count
+}
+
+/// Calls `visit` with blocks of voxels (the first voxel and the side) whose centres all lie inside both solids, and which
+/// together hold all such voxels.
+///
+/// A block of voxels is skipped, or visited at once, as soon as its centre is farther from a surface than its
+/// corners are from its centre: a signed distance changes by no more than the distance moved.
+pub(crate) fn for_each_common_block(
+    a: &SignedDistance,
+    b: &SignedDistance,
+    size: f64,
+    visit: &mut dyn FnMut([i64; 3], i64),
+) {
     let ((low_a, high_a), (low_b, high_b)) = (a.bounds(), b.bounds());
     let low = low_a.sup(&low_b).map(|x| (x / size).floor() as i64);
     let high = high_a.inf(&high_b).map(|x| (x / size).ceil() as i64);
-    let mut count = 0;
     let starts = |axis: usize| (low[axis]..high[axis]).step_by(BLOCK as usize);
     for x in starts(0) {
         for y in starts(1) {
             for z in starts(2) {
-                count += count_in_block(&[a, b], [x, y, z], BLOCK, size);
+                visit_block(&[a, b], [x, y, z], BLOCK, size, visit);
             }
         }
     }
-    count
 }
 
-/// Counts within the block of `side`^3 voxels from voxel `first` the centres inside all `solids`.
-fn count_in_block(solids: &[&SignedDistance], first: [i64; 3], side: i64, size: f64) -> u64 {
+/// Within the block of `side`^3 voxels from voxel `first`.
+fn visit_block(
+    solids: &[&SignedDistance],
+    first: [i64; 3],
+    side: i64,
+    size: f64,
+    visit: &mut dyn FnMut([i64; 3], i64),
+) {
     let center = Point3::from(first.map(|i| (i as f64 + 0.5 * side as f64) * size));
     let half_diagonal = 0.5 * (side - 1) as f64 * size * 3.0_f64.sqrt();
     // The solids that are still undecided within this block; at most two, so nothing is allocated.
@@ -42,7 +61,7 @@ fn count_in_block(solids: &[&SignedDistance], first: [i64; 3], side: i64, size: 
     for solid in solids {
         let distance = solid.signed_distance(&center);
         if distance >= half_diagonal {
-            return 0;
+            return;
         }
         if distance > -half_diagonal {
             undecided[open] = Some(*solid);
@@ -50,16 +69,15 @@ fn count_in_block(solids: &[&SignedDistance], first: [i64; 3], side: i64, size: 
         }
     }
     if open == 0 || side == 1 {
-        return (side * side * side) as u64;
+        visit(first, side);
+        return;
     }
     let rest: [&SignedDistance; 2] = [undecided[0], undecided[1]].map(|s| s.unwrap_or(solids[0]));
     let half = side / 2;
-    (0..8)
-        .map(|octant| {
-            let corner = [0, 1, 2].map(|axis| first[axis] + half * (octant >> axis & 1));
-            count_in_block(&rest[..open], corner, half, size)
-        })
-        .sum()
+    for octant in 0..8 {
+        let corner = [0, 1, 2].map(|axis| first[axis] + half * (octant >> axis & 1));
+        visit_block(&rest[..open], corner, half, size, visit);
+    }
 }
 
 /// A voxel that the hand's outer surface passes through.

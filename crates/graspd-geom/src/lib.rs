@@ -53,7 +53,8 @@ pub use closed::{ClosedSurface, closed_surface, flipped, require_closed, weld_ex
 pub use distance::{ClosestPoint, RayHit, SignedDistance, TriangleTree, WindingField};
 pub use error::GeometryError;
 pub use io::{
-    load_mesh, parse_mesh, require_mesh_format, save_mesh, save_obj, save_off, save_ply, save_stl,
+    load_mesh, load_point_cloud, parse_mesh, require_mesh_format, save_mesh, save_obj, save_off,
+    save_ply, save_stl,
 };
 pub use isosurface::{NodeGrid, isosurface};
 pub use mass::{MassProperties, signed_volume};

@@ -85,6 +85,23 @@ proptest! {
     }
 
     #[test]
+    fn second_derivatives_are_those_of_duals(p in off_faces()) {
+        let grid = wavy();
+        let (distance, gradient, second) = grid.distance_to_second_order(p);
+        let (dual_distance, dual_gradient) = grid.distance_and_gradient(lift::<f64, 3>(p));
+        prop_assert_eq!(distance, dual_distance.value);
+        let terms = outside(&grid, p).map_or(0.0, f64::recip);
+        for axis in 0..3 {
+            prop_assert_eq!(gradient.get(axis), dual_gradient.get(axis).value);
+            for by in 0..3 {
+                let expected = dual_gradient.get(axis).derivative[by];
+                let error = (second.rows[axis].get(by) - expected).abs();
+                prop_assert!(error < ROUNDING * (1.0 + expected.abs() + terms));
+            }
+        }
+    }
+
+    #[test]
     fn reverse_mode_equals_forward_mode(p in off_faces()) {
         let grid = wavy();
         let forward = grid.distance(lift::<f64, 3>(p));
@@ -148,6 +165,87 @@ proptest! {
             }
         }
     }
+}
+
+/// With what rounding left of coordinates, single precision is as good as the grid's samples.
+#[test]
+fn sums_of_two_singles_are_looked_up_as_doubles() {
+    // 256 samples along 20 cm, a decimetre from the origin, in units that no binary number is a multiple of.
+    let (origin, spacing) = (
+        Vec3::new(-0.11, 0.07, -0.3),
+        Vec3::new(0.2, 0.19, 0.21) * (1.0 / 255.0),
+    );
+    let grid = SdfGrid::from_function(origin, spacing, [256, 4, 200], |p| {
+        (50.0 * p.x).sin() * 1e-3 + (40.0 * p.z).cos() * 1e-3 + (p.y - 0.0715)
+    })
+    .unwrap();
+    let (low, high) = grid.bounds();
+    let (mut worst, mut worst_alone) = (0.0_f64, 0.0_f64);
+    let (mut slope, mut slope_alone) = (0.0_f64, 0.0_f64);
+    for number in 0..4000 {
+        // Golden sections: everywhere in the box, off the cells' faces.
+        let at = |share: f64| (f64::from(number) * share).fract() * 0.998 + 0.001;
+        let p = Vec3::new(
+            low.x + at(0.618_033_988_7) * (high.x - low.x),
+            low.y + at(0.754_877_666_2) * (high.y - low.y),
+            low.z + at(0.569_840_290_9) * (high.z - low.z),
+        );
+        let place = (p - origin).x / spacing.x;
+        let other = (p - origin).z / spacing.z;
+        let height = (p - origin).y / spacing.y;
+        if [place, other, height]
+            .iter()
+            .any(|x| (x - x.round()).abs() < 1e-4)
+        {
+            continue;
+        }
+        let rounded = Vec3::new(p.x as f32, p.y as f32, p.z as f32);
+        let back = Vec3::new(
+            f64::from(rounded.x),
+            f64::from(rounded.y),
+            f64::from(rounded.z),
+        );
+        let rest = p - back;
+        let rest = Vec3::new(rest.x as f32, rest.y as f32, rest.z as f32);
+        let expected = grid.distance_and_gradient(p);
+        let error = |found: (f32, Vec3<f32>)| {
+            let gradient = Vec3::new(
+                f64::from(found.1.x),
+                f64::from(found.1.y),
+                f64::from(found.1.z),
+            );
+            (
+                (f64::from(found.0) - expected.0).abs(),
+                (gradient - expected.1).norm(),
+            )
+        };
+        let (distance, gradient) = error(grid.distance_and_gradient_of_sum(rounded, rest));
+        worst = worst.max(distance);
+        slope = slope.max(gradient);
+        let (distance, gradient) = error(grid.distance_and_gradient(rounded));
+        worst_alone = worst_alone.max(distance);
+        slope_alone = slope_alone.max(gradient);
+        let double = grid.distance_and_gradient_of_sum(back, p - back);
+        assert!((double.0 - expected.0).abs() < 1e-15 && (double.1 - expected.1).norm() < 1e-12);
+        let dual =
+            grid.distance_and_gradient_of_sum(lift::<f32, 3>(rounded), Vec3::constant(p - back));
+        let alone = grid.distance_and_gradient_of_sum(rounded, rest);
+        assert_eq!(dual.0.value, alone.0);
+        for axis in 0..3 {
+            assert!((dual.0.derivative[axis] - alone.1.get(axis)).abs() < 1e-5);
+        }
+    }
+    assert!(
+        worst < 1e-9 && worst_alone > 5.0 * worst,
+        "{worst:e} {worst_alone:e}"
+    );
+    assert!(
+        slope < 1e-3 && slope_alone < 1e-3,
+        "{slope:e} {slope_alone:e}"
+    );
+    println!(
+        "distance {worst:.1e} with the rest, {worst_alone:.1e} without; gradient {slope:.1e} and {slope_alone:.1e}"
+    );
 }
 
 #[test]

@@ -96,7 +96,6 @@ pub struct ArticulatedHand {
     /// Points of one body: whole blocks of [`POINT_PADDING`](crate::POINT_PADDING).
     pub(crate) contact_ranges: Vec<(usize, Range<usize>)>,
     pub(crate) local_points: PointBuffer<f64>,
-    pub(crate) local_points_f32: PointBuffer<f32>,
     local_normals: PointBuffer<f64>,
     pub(crate) spheres: CollisionSpheres,
     pub(crate) sphere_centers: Vec<Vec3<f64>>,
@@ -149,7 +148,6 @@ impl ArticulatedHand {
             },
             contact_ranges: padded.ranges,
             local_points: PointBuffer::zeros(len),
-            local_points_f32: PointBuffer::zeros(len),
             local_normals: PointBuffer::zeros(len),
             spheres: CollisionSpheres {
                 radius: spheres.iter().map(|s| s.radius).collect(),
@@ -162,7 +160,6 @@ impl ArticulatedHand {
         };
         for (index, point) in padded.points.iter().enumerate() {
             hand.local_points.set(index, point.position);
-            hand.local_points_f32.set(index, point.position);
             hand.local_normals.set(index, point.normal);
         }
         hand
@@ -178,10 +175,6 @@ impl ArticulatedHand {
             mirrored
         };
         let local_points = reflected(&self.local_points);
-        let mut local_points_f32 = self.local_points_f32.clone();
-        for index in 0..local_points.len() {
-            local_points_f32.set(index, local_points.get(index));
-        }
         let description = &self.description;
         let mirrored_part = |part: &Part| Part {
             body: part.body,
@@ -196,7 +189,6 @@ impl ArticulatedHand {
                 ..description.clone()
             },
             local_points,
-            local_points_f32,
             local_normals: reflected(&self.local_normals),
             sphere_centers: (self.sphere_centers.iter())
                 .map(|center| reflection.vector(*center))
@@ -245,16 +237,6 @@ impl ArticulatedHand {
         let frame = self.tree().links().iter().find(|l| l.name == link)?;
         Some(self.body_poses(pose)[frame.body].compose(&frame.placement))
     }
-
-    fn body_poses(&self, pose: &HandPose) -> Vec<Rigid<f64>> {
-        let mut poses = vec![Rigid::identity(); self.tree().body_count()];
-        let base = Rigid {
-            rotation: pose.rotation.to_matrix(),
-            translation: pose.translation,
-        };
-        self.tree().forward(&base, &pose.articulation, &mut poses);
-        poses
-    }
 }
 
 impl Hand for ArticulatedHand {
@@ -294,6 +276,18 @@ impl Hand for ArticulatedHand {
         }
         surface
     }
+    fn rigid_parts(&self) -> Vec<Part> {
+        self.parts().to_vec()
+    }
+    fn body_poses(&self, pose: &HandPose) -> Vec<Rigid<f64>> {
+        let mut poses = vec![Rigid::identity(); self.tree().body_count()];
+        let base = Rigid {
+            rotation: pose.rotation.to_matrix(),
+            translation: pose.translation,
+        };
+        self.tree().forward(&base, &pose.articulation, &mut poses);
+        poses
+    }
     fn notes(&self) -> &[String] {
         &self.description.notes
     }
@@ -309,6 +303,7 @@ impl Hand for ArticulatedHand {
             body_poses: vec![Rigid::identity(); bodies],
             forces: vec![Vec3::zero(); bodies],
             torques: vec![Vec3::zero(); bodies],
+            contact_remainder: PointBuffer::zeros(self.local_points.len()),
             ..HandScratch::default()
         }
     }

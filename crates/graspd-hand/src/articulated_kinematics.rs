@@ -3,8 +3,9 @@
 use std::ops::Range;
 
 use graspd_ad::{Element, Kernel, Real, vectorize};
-use graspd_geom::{Mat3, Rigid, Vec3};
+use graspd_geom::{Rigid, Vec3};
 
+use crate::split::{Row, SplitRows};
 use crate::{
     ArticulatedHand, HandPose, HandScratch, Kinematics, POINT_PADDING, PointBuffer, PoseGradient,
 };
@@ -12,29 +13,34 @@ use crate::{
 /// The points of each body: whole blocks of [`POINT_PADDING`].
 type BodyRanges = [(usize, Range<usize>)];
 
-/// The precisions of a hand's buffers: which stored points they use, and which lanes go through them.
+/// The precisions of a hand's buffers: how points are placed, and which lanes go through them.
 trait Precision: Element {
-    fn local_points(hand: &ArticulatedHand) -> &PointBuffer<Self>;
-    fn place(kernel: Place<'_, Self>);
+    /// Places the contact points by the poses in `scratch`.
+    fn place(hand: &ArticulatedHand, scratch: &mut HandScratch, points: &mut PointBuffer<Self>);
     fn sum(kernel: Sum<'_, Self>);
 }
 impl Precision for f64 {
-    fn local_points(hand: &ArticulatedHand) -> &PointBuffer<Self> {
-        &hand.local_points
-    }
-    fn place(kernel: Place<'_, Self>) {
-        kernel.over::<f64>();
+    fn place(hand: &ArticulatedHand, scratch: &mut HandScratch, points: &mut PointBuffer<f64>) {
+        for (body, range) in &hand.contact_ranges {
+            let pose = &scratch.body_poses[*body];
+            for index in range.clone() {
+                points.set(index, pose.apply(hand.local_points.get(index)));
+            }
+        }
     }
     fn sum(kernel: Sum<'_, Self>) {
         kernel.over::<f64>();
     }
 }
 impl Precision for f32 {
-    fn local_points(hand: &ArticulatedHand) -> &PointBuffer<Self> {
-        &hand.local_points_f32
-    }
-    fn place(kernel: Place<'_, Self>) {
-        vectorize(kernel);
+    fn place(hand: &ArticulatedHand, scratch: &mut HandScratch, points: &mut PointBuffer<f32>) {
+        vectorize(SplitPlace {
+            ranges: &hand.contact_ranges,
+            poses: &scratch.body_poses,
+            local: &hand.local_points,
+            points,
+            remainder: &mut scratch.contact_remainder,
+        });
     }
     fn sum(kernel: Sum<'_, Self>) {
         vectorize(kernel);
@@ -55,12 +61,7 @@ impl<E: Precision> Kinematics<E> for ArticulatedHand {
         };
         self.tree()
             .forward(&base, &pose.articulation, &mut scratch.body_poses);
-        E::place(Place {
-            ranges: &self.contact_ranges,
-            poses: &scratch.body_poses,
-            local: E::local_points(self),
-            points: contacts,
-        });
+        E::place(self, scratch, contacts);
         let centers = self.sphere_centers.iter();
         for (index, (center, body)) in centers.zip(&self.spheres.body).enumerate() {
             spheres.set(index, scratch.body_poses[*body as usize].apply(*center));
@@ -103,44 +104,36 @@ impl<E: Precision> Kinematics<E> for ArticulatedHand {
     }
 }
 
-/// p = R local + t for the points of all bodies.
-struct Place<'a, E> {
+/// p = R local + t for the points of all bodies, in double precision and stored as the sum of two numbers: at the contacts'
+/// stiffness the rounding of a position is most of the rounding of a force.
+struct SplitPlace<'a> {
     ranges: &'a BodyRanges,
     poses: &'a [Rigid<f64>],
-    local: &'a PointBuffer<E>,
-    points: &'a mut PointBuffer<E>,
+    local: &'a PointBuffer<f64>,
+    points: &'a mut PointBuffer<f32>,
+    remainder: &'a mut PointBuffer<f32>,
 }
 
-impl<E: Element> Place<'_, E> {
-    #[inline(always)]
-    fn over<L: Real<Element = E>>(self) {
-        for (body, range) in self.ranges {
-            let pose = &self.poses[*body];
-            let rotation = Mat3::<L>::constant(&pose.rotation);
-            let translation = Vec3::<L>::constant(pose.translation);
-            let local = Blocks::of(self.local, range);
-            let x = blocks_mut(&mut self.points.x, range);
-            let y = blocks_mut(&mut self.points.y, range);
-            let z = blocks_mut(&mut self.points.z, range);
-            for block in 0..x.len() {
-                let mut lane = 0;
-                while lane < POINT_PADDING {
-                    let point = rotation.apply(local.load::<L>(block, lane)) + translation;
-                    point.x.store(&mut x[block][lane..]);
-                    point.y.store(&mut y[block][lane..]);
-                    point.z.store(&mut z[block][lane..]);
-                    lane += L::LANES;
-                }
-            }
-        }
-    }
-}
-
-impl Kernel for Place<'_, f32> {
+impl Kernel for SplitPlace<'_> {
     type Output = ();
     #[inline(always)]
     fn run<L: Real<Element = f32>>(self) {
-        self.over::<L>();
+        let local = [&self.local.x, &self.local.y, &self.local.z].map(|x| x.as_chunks().0);
+        let mut rows = SplitRows::of(self.points, self.remainder);
+        for (body, range) in self.ranges {
+            let pose = &self.poses[*body];
+            for block in range.start / POINT_PADDING..range.end / POINT_PADDING {
+                let [x, y, z]: [&Row; 3] = [&local[0][block], &local[1][block], &local[2][block]];
+                for axis in 0..3 {
+                    let (r, t) = (pose.rotation.rows[axis], pose.translation.get(axis));
+                    let mut row = [0.0; POINT_PADDING];
+                    for lane in 0..POINT_PADDING {
+                        row[lane] = r.x * x[lane] + r.y * y[lane] + r.z * z[lane] + t;
+                    }
+                    rows[axis].set(block, &row);
+                }
+            }
+        }
     }
 }
 
@@ -214,11 +207,6 @@ impl<'a, E: Element> Blocks<'a, E> {
             L::load(&self.z[block][lane..]),
         )
     }
-}
-
-#[inline(always)]
-fn blocks_mut<'a, E>(values: &'a mut [E], range: &Range<usize>) -> &'a mut [[E; POINT_PADDING]] {
-    values[range.clone()].as_chunks_mut().0
 }
 
 /// Each coordinate summed over the lanes.

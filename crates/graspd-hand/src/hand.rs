@@ -1,10 +1,11 @@
 //! What every hand can do, whatever it is made of.
 
 use graspd_ad::Element;
-use graspd_geom::{Quaternion, TriangleMesh, Vec3};
+use graspd_geom::{Quaternion, Rigid, TriangleMesh, Vec3};
 use nalgebra::{Point3, Vector3};
 
 use crate::mirroring::Reflected;
+use crate::part::Part;
 
 /// Where a hand is: its base in the object frame, and its articulation.
 #[derive(Clone, Debug, PartialEq)]
@@ -144,16 +145,26 @@ pub struct PalmFrame {
 #[derive(Clone, Debug, Default)]
 pub struct HandScratch {
     /// Pose of each body in the object frame.
-    pub body_poses: Vec<graspd_geom::Rigid<f64>>,
+    pub body_poses: Vec<Rigid<f64>>,
     /// Force on each body, object frame.
     pub(crate) forces: Vec<Vec3<f64>>,
     /// Torque on each body about a point that the hand chooses, such as the origin of that body.
     pub(crate) torques: Vec<Vec3<f64>>,
+    /// See [`HandScratch::contact_remainder`].
+    pub(crate) contact_remainder: PointBuffer<f32>,
     /// What a skinned hand keeps.
     pub(crate) skinned: Option<Box<crate::mano::SkinnedScratch>>,
     /// Copies that a mirrored hand hands to its original.
     pub(crate) reflected_f32: Reflected<f32>,
     pub(crate) reflected_f64: Reflected<f64>,
+}
+
+impl HandScratch {
+    /// What the last [`Kinematics::forward`] in single precision rounded off the coordinates of the contact points
+    /// \[m\], `[n]`: with it they are exact to some 1e-10 m.
+    pub fn contact_remainder(&self) -> &PointBuffer<f32> {
+        &self.contact_remainder
+    }
 }
 
 /// Positions of a hand's points as a function of its pose, and the transpose of that function's Jacobian, in
@@ -208,6 +219,15 @@ pub trait Hand: Kinematics<f32> + Kinematics<f64> + Send + Sync {
     fn collision_spheres(&self) -> &CollisionSpheres;
     /// The posed surface in the object frame: closed, outward oriented parts (they may overlap each other).
     fn surface(&self, pose: &HandPose) -> TriangleMesh;
+    /// The solids that [`Hand::surface`] consists of, in its order, each in the frame of its body; none for a skin, which
+    /// has no rigid parts.
+    fn rigid_parts(&self) -> Vec<Part> {
+        Vec::new()
+    }
+    /// The poses of the bodies of [`Hand::rigid_parts`] in the object frame, `[bodies]`; none for a skin.
+    fn body_poses(&self, _pose: &HandPose) -> Vec<Rigid<f64>> {
+        Vec::new()
+    }
     /// What had to be guessed or mended when the hand was made, one sentence each.
     fn notes(&self) -> &[String] {
         &[]

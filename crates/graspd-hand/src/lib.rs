@@ -54,6 +54,7 @@ mod part;
 mod primitive_hand;
 mod ridges;
 mod self_collision;
+mod split;
 mod tree;
 mod urdf;
 
@@ -75,9 +76,9 @@ pub use joint::{Joint, JointKind, Mimic};
 pub use leap::leap;
 pub use limits::{clamp_to_limits, middle_of_limits};
 pub use mano::{
-    JointPlacement, POSE_FEATURES, POSE_VALUES, SKINNED_JOINT_NAMES, SKINNED_JOINT_PARENTS,
-    SKINNED_JOINTS, SkinnedHand, SkinnedHandOptions, SkinnedModel, load_skinned_hand,
-    load_skinned_model, parse_skinned_model,
+    JointPlacement, NumpyValue, POSE_FEATURES, POSE_VALUES, SKINNED_JOINT_NAMES,
+    SKINNED_JOINT_PARENTS, SKINNED_JOINTS, SkinnedHand, SkinnedHandOptions, SkinnedModel,
+    load_skinned_hand, load_skinned_model, parse_skinned_model, read_npy,
 };
 pub use mirroring::MirroredHand;
 pub use part::Part;

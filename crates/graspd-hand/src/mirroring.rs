@@ -4,9 +4,10 @@ use graspd_ad::Element;
 use graspd_geom::{Mat3, Quaternion, Rigid, TriangleMesh, Vec3};
 use nalgebra::{Point3, Vector3};
 
+use crate::split::set_split;
 use crate::{
     CollisionSpheres, ContactPoints, Hand, HandPose, HandScratch, Kinematics, Limit, PalmFrame,
-    PointBuffer, PoseGradient,
+    Part, PointBuffer, PoseGradient,
 };
 
 /// A reflection at a plane through the origin: S = I - 2 n n^T.
@@ -153,15 +154,42 @@ impl<E: Element> Reflected<E> {
 /// The precisions that a mirrored hand comes in: where its copies are kept.
 trait Precision: Element {
     fn reflected(scratch: &mut HandScratch) -> &mut Reflected<Self>;
+    /// The contact points of the original, and what rounding left of them in `scratch`, to the other side.
+    fn contacts(
+        reflection: Reflection,
+        scratch: &mut HandScratch,
+        from: &PointBuffer<Self>,
+        to: &mut PointBuffer<Self>,
+    );
 }
 impl Precision for f32 {
     fn reflected(scratch: &mut HandScratch) -> &mut Reflected<f32> {
         &mut scratch.reflected_f32
     }
+    fn contacts(
+        reflection: Reflection,
+        scratch: &mut HandScratch,
+        from: &PointBuffer<f32>,
+        to: &mut PointBuffer<f32>,
+    ) {
+        let remainder = &mut scratch.contact_remainder;
+        for index in 0..from.len() {
+            let point = from.get(index) + remainder.get(index);
+            set_split(to, remainder, index, reflection.vector(point));
+        }
+    }
 }
 impl Precision for f64 {
     fn reflected(scratch: &mut HandScratch) -> &mut Reflected<f64> {
         &mut scratch.reflected_f64
+    }
+    fn contacts(
+        reflection: Reflection,
+        _scratch: &mut HandScratch,
+        from: &PointBuffer<f64>,
+        to: &mut PointBuffer<f64>,
+    ) {
+        reflection.points(from, to);
     }
 }
 
@@ -184,7 +212,7 @@ where
             &mut copies.contacts,
             &mut copies.spheres,
         );
-        self.reflection.points(&copies.contacts, contacts);
+        E::contacts(self.reflection, scratch, &copies.contacts, contacts);
         self.reflection.points(&copies.spheres, spheres);
         *E::reflected(scratch) = copies;
     }
@@ -252,6 +280,21 @@ impl Hand for MirroredHand {
     fn surface(&self, pose: &HandPose) -> TriangleMesh {
         self.reflection
             .mesh(&self.original.surface(&self.reflection.pose(pose)))
+    }
+    fn rigid_parts(&self) -> Vec<Part> {
+        let reflected = |part: Part| Part {
+            mesh: self.reflection.mesh(&part.mesh),
+            ..part
+        };
+        let parts = self.original.rigid_parts();
+        parts.into_iter().map(reflected).collect()
+    }
+    fn body_poses(&self, pose: &HandPose) -> Vec<Rigid<f64>> {
+        let poses = self.original.body_poses(&self.reflection.pose(pose));
+        poses
+            .iter()
+            .map(|pose| self.reflection.rigid(pose))
+            .collect()
     }
     fn notes(&self) -> &[String] {
         self.original.notes()

@@ -107,6 +107,17 @@ impl<E: Element> Adamax<E> {
         }
     }
 
+    /// Lets coordinates inherit moments between two iterations, see [`AdamaxIteration::inherit`].
+    #[inline(always)]
+    pub fn inherit<T: Real<Element = E>, const ROWS: usize>(
+        &mut self,
+        from: usize,
+        to: usize,
+        stride: usize,
+    ) {
+        inherit::<T, ROWS>([&mut self.mean, &mut self.largest], from, to, stride);
+    }
+
     fn advance(
         &mut self,
         groups: &[ParameterGroup],
@@ -220,10 +231,20 @@ impl<E: Element> AdamaxIteration<'_, E> {
         to: usize,
         stride: usize,
     ) {
+        inherit::<T, ROWS>([self.mean, self.largest], from, to, stride);
+    }
+}
+
+#[inline(always)]
+fn inherit<T: Real, const ROWS: usize>(
+    all: [&mut [T::Element]; 2],
+    from: usize,
+    to: usize,
+    stride: usize,
+) {
+    for moments in all {
         for row in (0..ROWS * stride).step_by(stride) {
-            for moments in [&mut *self.mean, &mut *self.largest] {
-                T::load(&moments[from + row..]).store(&mut moments[to + row..]);
-            }
+            T::load(&moments[from + row..]).store(&mut moments[to + row..]);
         }
     }
 }

@@ -9,7 +9,7 @@ use graspd_ad::{Dual, Element, Kernel, Mask, Real};
 use graspd_geom::Vec3;
 use graspd_hand::{POINT_PADDING, PointBuffer};
 
-use crate::kernel::{ContactLoop, WRENCH_LEN};
+use crate::kernel::{ContactLoop, Precision, WRENCH_LEN};
 use crate::params::Wrench;
 use crate::targets::TargetWrenches;
 
@@ -53,7 +53,7 @@ pub struct FusedKernel<'a, E, R> {
     pub(crate) gradient: &'a mut PointBuffer<E>,
 }
 
-impl<E: Element, R: TargetRule<E>> FusedKernel<'_, E, R> {
+impl<E: Precision, R: TargetRule<E>> FusedKernel<'_, E, R> {
     /// L_phys.
     #[inline(always)]
     pub(crate) fn run_with<L: Real<Element = E>>(mut self) -> f64 {
@@ -63,7 +63,7 @@ impl<E: Element, R: TargetRule<E>> FusedKernel<'_, E, R> {
         let mut total = L::zero();
         for first in (0..self.contacts.points.len()).step_by(L::LANES) {
             let point = self.contacts.point::<L>(first);
-            let (distance, slope) = self.contacts.distance(point);
+            let (distance, slope) = self.contacts.distance(first, point);
             let touches = distance.le(L::zero()).any();
             let mut own = self.targets.own[first / L::LANES];
             if touches && !own {
@@ -133,11 +133,12 @@ impl<E: Element, R: TargetRule<E>> FusedKernel<'_, E, R> {
     #[inline(always)]
     fn touching<L: Real<Element = E>>(&mut self, first: usize, point: Vec3<L>) -> (L, Vec3<L>) {
         let contacts = self.contacts;
-        let state = contacts.state(Vec3::new(
+        let lifted = Vec3::new(
             Dual::<L, 3>::variable(point.x, 0),
             Dual::variable(point.y, 1),
             Dual::variable(point.z, 2),
-        ));
+        );
+        let state = contacts.state(first, lifted);
         let mut loss = Dual::<L, 3>::constant(L::zero());
         for j in 0..contacts.velocities.len() {
             let wrench = contacts.wrench(&state, &contacts.velocities[j]);

@@ -2,7 +2,7 @@
 
 use graspd_ad::{Dual, Element, Kernel, Lanes, Real, vectorize};
 use graspd_geom::Vec3;
-use graspd_hand::{POINT_PADDING, PointBuffer};
+use graspd_hand::{HandScratch, POINT_PADDING, PointBuffer};
 
 use crate::contact::ContactState;
 use crate::fused::{FusedKernel, TargetRule};
@@ -19,6 +19,13 @@ pub(crate) const WRENCH_LEN: usize = 6;
 pub trait Precision: Element {
     /// How many contacts are evaluated at a time.
     const CONTACTS_AT_A_TIME: usize;
+    /// Whether hands give what rounding has left of the contacts' coordinates.
+    #[doc(hidden)]
+    const HAS_REMAINDER: bool;
+
+    /// What rounding left of the coordinates of contact points, if it is kept, `[n]`.
+    #[doc(hidden)]
+    fn remainder(scratch: &HandScratch) -> Option<&PointBuffer<Self>>;
 
     /// The wrench of every contact for every object velocity, `[blocks of 8][J][6][8]`.
     fn wrenches(contacts: &ContactLoop<'_, Self>, wrenches: &mut [Self]);
@@ -32,6 +39,15 @@ pub trait Precision: Element {
         gradient: &mut PointBuffer<Self>,
     ) -> f64;
 
+    /// Writes the derivative of sum_j sum_c pull_j . f_c(q, v_j) by the contact positions, each contact counted `weight`
+    /// times, to `gradient`, `[n]`. `pull`: one for each velocity, `[J]`.
+    fn pulled_wrenches(
+        contacts: &ContactLoop<'_, Self>,
+        weight: &[Self],
+        pull: &[Wrench<f64>],
+        gradient: &mut PointBuffer<Self>,
+    );
+
     /// Runs a [`FusedKernel`].
     #[doc(hidden)]
     fn fused<R: TargetRule<Self>>(kernel: FusedKernel<'_, Self, R>) -> f64;
@@ -39,6 +55,10 @@ pub trait Precision: Element {
 
 impl Precision for f64 {
     const CONTACTS_AT_A_TIME: usize = 1;
+    const HAS_REMAINDER: bool = false;
+    fn remainder(_scratch: &HandScratch) -> Option<&PointBuffer<f64>> {
+        None
+    }
     fn wrenches(contacts: &ContactLoop<'_, f64>, wrenches: &mut [f64]) {
         WrenchKernel { contacts, wrenches }.run_with::<f64>();
     }
@@ -56,6 +76,20 @@ impl Precision for f64 {
         }
         .run_with::<f64>()
     }
+    fn pulled_wrenches(
+        contacts: &ContactLoop<'_, f64>,
+        weight: &[f64],
+        pull: &[Wrench<f64>],
+        gradient: &mut PointBuffer<f64>,
+    ) {
+        PullKernel {
+            contacts,
+            weight,
+            pull,
+            gradient,
+        }
+        .run_with::<f64>();
+    }
     fn fused<R: TargetRule<f64>>(kernel: FusedKernel<'_, f64, R>) -> f64 {
         kernel.run_with::<f64>()
     }
@@ -63,6 +97,10 @@ impl Precision for f64 {
 
 impl Precision for f32 {
     const CONTACTS_AT_A_TIME: usize = Lanes::LANES;
+    const HAS_REMAINDER: bool = true;
+    fn remainder(scratch: &HandScratch) -> Option<&PointBuffer<f32>> {
+        Some(scratch.contact_remainder())
+    }
     fn wrenches(contacts: &ContactLoop<'_, f32>, wrenches: &mut [f32]) {
         vectorize(WrenchKernel { contacts, wrenches });
     }
@@ -79,6 +117,19 @@ impl Precision for f32 {
             gradient,
         })
     }
+    fn pulled_wrenches(
+        contacts: &ContactLoop<'_, f32>,
+        weight: &[f32],
+        pull: &[Wrench<f64>],
+        gradient: &mut PointBuffer<f32>,
+    ) {
+        vectorize(PullKernel {
+            contacts,
+            weight,
+            pull,
+            gradient,
+        });
+    }
     fn fused<R: TargetRule<f32>>(kernel: FusedKernel<'_, f32, R>) -> f64 {
         vectorize(kernel)
     }
@@ -90,29 +141,41 @@ pub struct ContactLoop<'a, E> {
     pub(crate) velocities: &'a [Twist<f64>],
     pub(crate) contact: ContactParams,
     pub(crate) smoothing: f64,
+    pub(crate) length_scale: f64,
     pub(crate) points: &'a PointBuffer<E>,
+    /// What rounding has left of the points' coordinates; empty without [`Precision::HAS_REMAINDER`].
+    pub(crate) remainder: &'a PointBuffer<E>,
 }
 
-impl<E: Element> ContactLoop<'_, E> {
+impl<E: Precision> ContactLoop<'_, E> {
     #[inline(always)]
     pub(crate) fn point<L: Real<Element = E>>(&self, first: usize) -> Vec3<L> {
-        Vec3::new(
-            L::load(&self.points.x[first..]),
-            L::load(&self.points.y[first..]),
-            L::load(&self.points.z[first..]),
-        )
+        load(self.points, first)
     }
 
-    /// The distance to the dilated object, and the gradient of the distance.
+    /// The distance of contact `first`, at `point`, to the dilated object, and the gradient of the distance.
     #[inline(always)]
-    pub(crate) fn distance<T: Real>(&self, point: Vec3<T>) -> (T, Vec3<T>) {
-        let (distance, gradient) = self.object.sdf().distance_and_gradient(point);
+    pub(crate) fn distance<T: Real<Element = E>>(
+        &self,
+        first: usize,
+        point: Vec3<T>,
+    ) -> (T, Vec3<T>) {
+        let sdf = self.object.sdf();
+        let (distance, gradient) = if E::HAS_REMAINDER {
+            sdf.distance_and_gradient_of_sum(point, load(self.remainder, first))
+        } else {
+            sdf.distance_and_gradient(point)
+        };
         (distance - T::constant(self.smoothing), gradient)
     }
 
     #[inline(always)]
-    pub(crate) fn state<T: Real>(&self, point: Vec3<T>) -> ContactState<T> {
-        let (distance, gradient) = self.distance(point);
+    pub(crate) fn state<T: Real<Element = E>>(
+        &self,
+        first: usize,
+        point: Vec3<T>,
+    ) -> ContactState<T> {
+        let (distance, gradient) = self.distance(first, point);
         self.state_at(point, distance, gradient)
     }
 
@@ -124,7 +187,8 @@ impl<E: Element> ContactLoop<'_, E> {
         distance: T,
         gradient: Vec3<T>,
     ) -> ContactState<T> {
-        let lever = point - Vec3::constant(self.object.center_of_mass());
+        let lever =
+            (point - Vec3::constant(self.object.center_of_mass())) * T::constant(self.length_scale);
         ContactState::new(distance, gradient, lever, self.contact.leak)
     }
 
@@ -155,6 +219,15 @@ impl<E: Element> ContactLoop<'_, E> {
 }
 
 #[inline(always)]
+fn load<T: Real>(points: &PointBuffer<T::Element>, first: usize) -> Vec3<T> {
+    Vec3::new(
+        T::load(&points.x[first..]),
+        T::load(&points.y[first..]),
+        T::load(&points.z[first..]),
+    )
+}
+
+#[inline(always)]
 fn constant<T: Real>(twist: &Twist<f64>) -> Twist<T> {
     Twist {
         linear: Vec3::constant(twist.linear),
@@ -172,12 +245,12 @@ struct WrenchKernel<'a, E> {
     wrenches: &'a mut [E],
 }
 
-impl<E: Element> WrenchKernel<'_, E> {
+impl<E: Precision> WrenchKernel<'_, E> {
     #[inline(always)]
     fn run_with<L: Real<Element = E>>(self) {
         let contacts = self.contacts;
         for first in (0..contacts.points.len()).step_by(L::LANES) {
-            let state = contacts.state(contacts.point::<L>(first));
+            let state = contacts.state(first, contacts.point::<L>(first));
             for j in 0..contacts.velocities.len() {
                 let wrench = contacts.wrench(&state, &contacts.velocities[j]);
                 let offset = contacts.offset(first, j);
@@ -197,18 +270,17 @@ impl Kernel for WrenchKernel<'_, f32> {
     }
 }
 
-struct LossKernel<'a, E> {
+struct PullKernel<'a, E> {
     contacts: &'a ContactLoop<'a, E>,
     weight: &'a [E],
-    targets: &'a [E],
+    pull: &'a [Wrench<f64>],
     gradient: &'a mut PointBuffer<E>,
 }
 
-impl<E: Element> LossKernel<'_, E> {
+impl<E: Element> PullKernel<'_, E> {
     #[inline(always)]
-    fn run_with<L: Real<Element = E>>(self) -> f64 {
+    fn run_with<L: Real<Element = E>>(self) {
         let contacts = self.contacts;
-        let mut total = L::zero();
         for first in (0..contacts.points.len()).step_by(L::LANES) {
             let point = contacts.point::<L>(first);
             let state = contacts.state(Vec3::new(
@@ -216,6 +288,50 @@ impl<E: Element> LossKernel<'_, E> {
                 Dual::variable(point.y, 1),
                 Dual::variable(point.z, 2),
             ));
+            let mut sum = Dual::<L, 3>::constant(L::zero());
+            for (velocity, pull) in contacts.velocities.iter().zip(self.pull) {
+                let wrench = contacts.wrench(&state, velocity);
+                let pull = components(*pull);
+                for k in 0..WRENCH_LEN {
+                    sum += wrench[k] * Dual::constant(L::constant(pull[k]));
+                }
+            }
+            let weight = L::load(&self.weight[first..]);
+            (weight * sum.derivative[0]).store(&mut self.gradient.x[first..]);
+            (weight * sum.derivative[1]).store(&mut self.gradient.y[first..]);
+            (weight * sum.derivative[2]).store(&mut self.gradient.z[first..]);
+        }
+    }
+}
+
+impl Kernel for PullKernel<'_, f32> {
+    type Output = ();
+    #[inline(always)]
+    fn run<L: Real<Element = f32>>(self) {
+        self.run_with::<L>();
+    }
+}
+
+struct LossKernel<'a, E> {
+    contacts: &'a ContactLoop<'a, E>,
+    weight: &'a [E],
+    targets: &'a [E],
+    gradient: &'a mut PointBuffer<E>,
+}
+
+impl<E: Precision> LossKernel<'_, E> {
+    #[inline(always)]
+    fn run_with<L: Real<Element = E>>(self) -> f64 {
+        let contacts = self.contacts;
+        let mut total = L::zero();
+        for first in (0..contacts.points.len()).step_by(L::LANES) {
+            let point = contacts.point::<L>(first);
+            let lifted = Vec3::new(
+                Dual::<L, 3>::variable(point.x, 0),
+                Dual::variable(point.y, 1),
+                Dual::variable(point.z, 2),
+            );
+            let state = contacts.state(first, lifted);
             let mut loss = Dual::<L, 3>::constant(L::zero());
             for j in 0..contacts.velocities.len() {
                 let wrench = contacts.wrench(&state, &contacts.velocities[j]);

@@ -56,6 +56,10 @@ pub struct SimulationParams {
     pub time_step: f64,
     /// The object's velocities before the step, `[J]`; the grasp has to stop it from each of them.
     pub velocities: Vec<Twist<f64>>,
+    /// s, by which object and hand are larger in the simulation than they are; paper: 1, released code: 2. Torques grow
+    /// by s, the mass by s^3 and the inertia by s^5. Depths stay real ones: the stiffnesses of `contact` have to be s
+    /// times those of the larger world, where depths are s times as large.
+    pub length_scale: f64,
 }
 
 impl Default for SimulationParams {
@@ -69,6 +73,7 @@ impl Default for SimulationParams {
             contact: ContactParams::default(),
             time_step: 1e-5,
             velocities: vec![moving(0.0), moving(0.01), moving(-0.01)],
+            length_scale: 1.0,
         }
     }
 }
@@ -91,6 +96,7 @@ impl SimulationParams {
             ("normal_stiffness", contact.normal_stiffness),
             ("friction_stiffness", contact.friction_stiffness),
             ("time_step", self.time_step),
+            ("length_scale", self.length_scale),
         ] {
             if !(value.is_finite() && value > 0.0) {
                 return invalid(field, value, "a positive number");
@@ -147,7 +153,7 @@ mod tests {
     #[test]
     fn each_fault_is_named() {
         type Change = fn(&mut SimulationParams, f64);
-        let fields: [(&str, Change, &[f64]); 5] = [
+        let fields: [(&str, Change, &[f64]); 6] = [
             (
                 "normal_stiffness",
                 |p, v| p.contact.normal_stiffness = v,
@@ -165,6 +171,7 @@ mod tests {
             ),
             ("leak", |p, v| p.contact.leak = v, &[-0.1, 1.1]),
             ("time_step", |p, v| p.time_step = v, &[0.0, -1e-5]),
+            ("length_scale", |p, v| p.length_scale = v, &[0.0, -2.0]),
         ];
         for (name, change, values) in fields {
             for &wrong in values.iter().chain(&[f64::NAN, f64::INFINITY]) {

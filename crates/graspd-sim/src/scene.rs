@@ -30,7 +30,11 @@ macro_rules! contact_loop {
             velocities: &$scene.params.velocities,
             contact: $scene.contact,
             smoothing: $scene.smoothing,
+            length_scale: $scene.params.length_scale,
             points: &$scene.contacts,
+            remainder: E::remainder(&$scene.scratch)
+                .filter(|remainder| remainder.len() == $scene.contacts.len())
+                .unwrap_or(&$scene.no_remainder),
         }
     };
 }
@@ -52,6 +56,8 @@ pub struct Scene<'a, E> {
     smoothing: f64,
     scratch: HandScratch,
     contacts: PointBuffer<E>,
+    /// Zeros, for hands that tell none; empty where none is needed.
+    no_remainder: PointBuffer<E>,
     contact_gradient: PointBuffer<E>,
     spheres: PointBuffer<E>,
     sphere_gradient: PointBuffer<E>,
@@ -85,6 +91,7 @@ where
             smoothing: 0.0,
             scratch: hand.new_scratch(),
             contacts: PointBuffer::zeros(len),
+            no_remainder: PointBuffer::zeros(if E::HAS_REMAINDER { len } else { 0 }),
             contact_gradient: PointBuffer::zeros(len),
             spheres: PointBuffer::zeros(spheres),
             sphere_gradient: PointBuffer::zeros(spheres),
@@ -200,7 +207,7 @@ where
         );
         let velocities = self.params.velocities.len();
         for j in 0..velocities {
-            let total = total_wrench(targets, velocities, j);
+            let total = total_wrench(targets, None, velocities, j);
             self.step_object(j, &total);
         }
         self.finish_task()
@@ -229,22 +236,33 @@ where
     /// Steps the object from velocity `j`.
     fn step_object(&mut self, j: usize, total: &Wrench<f64>) {
         let twist = &self.params.velocities[j];
-        self.twists_after[j] = step_twist(self.object, twist, total, self.params.time_step);
+        let total = self.per_mass(total);
+        self.twists_after[j] = step_twist(self.object, twist, &total, self.params.time_step);
+    }
+
+    /// A wrench divided by how much mass and inertia are larger in the simulation: s^3 and s^5.
+    fn per_mass(&self, wrench: &Wrench<f64>) -> Wrench<f64> {
+        let scale = self.params.length_scale;
+        Wrench {
+            torque: wrench.torque * scale.powi(-5),
+            force: wrench.force * scale.powi(-3),
+        }
     }
 
     /// L_task and its gradient from the twists after the step.
     fn finish_task(&mut self) -> &TaskOutcome {
         self.task.loss = task_loss(&self.twists_after);
-        for (slot, twist) in self.task.wrench_gradient.iter_mut().zip(&self.twists_after) {
+        for j in 0..self.twists_after.len() {
             // d||twist'||^2 / d wrench = 2 dt M^-1 twist', since M is symmetric.
-            let doubled = Wrench {
+            let twist = self.twists_after[j];
+            let doubled = self.per_mass(&Wrench {
                 torque: twist.angular * 2.0,
                 force: twist.linear * 2.0,
-            };
+            });
             let change = self
                 .object
                 .impulse_response(&doubled, self.params.time_step);
-            *slot = Wrench {
+            self.task.wrench_gradient[j] = Wrench {
                 torque: change.angular,
                 force: change.linear,
             };
@@ -329,6 +347,28 @@ where
         })
     }
 
+    /// L_task of the contacts' own wrenches, keeping `weight(L_task)` times its derivative by the contact positions for
+    /// [`Scene::pull_back`]: the task constraint without targets in between. The derivative has the kinks of
+    /// [`Scene::physics_loss`], and leaks where contacts do not touch.
+    pub fn task_of_contacts(&mut self, weight: impl FnOnce(f64) -> f64) -> f64 {
+        self.contact_wrenches();
+        let velocities = self.params.velocities.len();
+        for j in 0..velocities {
+            let total = total_wrench(&self.wrenches, Some(&self.weight), velocities, j);
+            self.step_object(j, &total);
+        }
+        let loss = self.finish_task().loss;
+        let weight = weight(loss);
+        for pull in &mut self.task.wrench_gradient {
+            pull.torque = pull.torque * weight;
+            pull.force = pull.force * weight;
+        }
+        let contacts = contact_loop!(self);
+        let pull = &self.task.wrench_gradient;
+        E::pulled_wrenches(&contacts, &self.weight, pull, &mut self.contact_gradient);
+        loss
+    }
+
     /// L_inter \[m^2\], see [`intersection_loss_gradient`], keeping `weight` times its derivative by the sphere centres
     /// for [`Scene::pull_back`].
     pub fn intersection_loss(&mut self, weight: f64) -> f64 {
@@ -356,14 +396,27 @@ where
     }
 }
 
-/// The sum of the target wrenches of velocity `j` over all contacts.
-fn total_wrench<E: Precision>(targets: &[E], velocities: usize, j: usize) -> Wrench<f64> {
+/// The sum of the wrenches of velocity `j` over all contacts, each counted `weight` times if that is given, `[n]`.
+fn total_wrench<E: Precision>(
+    wrenches: &[E],
+    weight: Option<&[E]>,
+    velocities: usize,
+    j: usize,
+) -> Wrench<f64> {
     let stride = POINT_PADDING * WRENCH_LEN;
     let mut sums = [0.0; WRENCH_LEN];
-    for block in targets.chunks_exact(stride * velocities) {
+    for (number, block) in wrenches.chunks_exact(stride * velocities).enumerate() {
         let rows = block[j * stride..(j + 1) * stride].chunks_exact(POINT_PADDING);
+        let counts = weight.map(|weight| &weight[number * POINT_PADDING..][..POINT_PADDING]);
         for (sum, row) in sums.iter_mut().zip(rows) {
-            *sum += row.iter().map(|v| v.lane(0)).sum::<f64>();
+            *sum += match counts {
+                Some(counts) => row
+                    .iter()
+                    .zip(counts)
+                    .map(|(v, w)| v.lane(0) * w.lane(0))
+                    .sum(),
+                None => row.iter().map(|v| v.lane(0)).sum::<f64>(),
+            };
         }
     }
     let [tx, ty, tz, fx, fy, fz] = sums;

@@ -21,6 +21,12 @@ pub enum ViewError {
     /// extent.
     #[error("the camera cannot be used: {0}")]
     Camera(&'static str),
+    /// A page that has nothing to show, or not all that it needs.
+    #[error("the page cannot be made: {0}")]
+    Page(String),
+    /// An object that has no inside.
+    #[error("the object cannot be shown: {0}")]
+    Object(graspd_geom::GeometryError),
     /// The file could not be written.
     #[error(
         "{path}: cannot write the picture: {cause}; is the folder there, writable and not full?"

@@ -21,7 +21,27 @@ pub fn render_grasp(
     contacts: &[Dot],
     panel: (usize, usize),
 ) -> Result<Image, ViewError> {
-    let scene = Scene {
+    let scene = grasp_scene(object, hand, contacts);
+    let (width, height) = panel;
+    let aspect = width as f64 / height.max(1) as f64;
+    let panels = grasp_directions(object, hand, palm)
+        .into_iter()
+        .map(|(towards_viewer, up)| {
+            let camera =
+                Camera::framing(scene.points(), towards_viewer, up, Lens::default(), aspect);
+            render(&scene, &camera, width, height)
+        })
+        .collect::<Result<Vec<_>, _>>()?;
+    tile(&panels, 3)
+}
+
+/// The object in slate, the hand in sand.
+pub(crate) fn grasp_scene<'a>(
+    object: &'a TriangleMesh,
+    hand: &'a TriangleMesh,
+    contacts: &[Dot],
+) -> Scene<'a> {
+    Scene {
         surfaces: vec![
             Surface::new(object, Color::SLATE),
             Surface {
@@ -36,18 +56,7 @@ pub fn render_grasp(
         ],
         dots: contacts.to_vec(),
         ..Scene::default()
-    };
-    let (width, height) = panel;
-    let aspect = width as f64 / height.max(1) as f64;
-    let panels = grasp_directions(object, hand, palm)
-        .into_iter()
-        .map(|(towards_viewer, up)| {
-            let camera =
-                Camera::framing(scene.points(), towards_viewer, up, Lens::default(), aspect);
-            render(&scene, &camera, width, height)
-        })
-        .collect::<Result<Vec<_>, _>>()?;
-    tile(&panels, 3)
+    }
 }
 
 /// As [`render_grasp`], for a hand and its pose in the object's frame.
@@ -79,7 +88,7 @@ pub fn palm_in_object_frame(palm: &PalmFrame, pose: &HandPose) -> PalmFrame {
 }
 
 /// For each panel, the direction towards the viewer and what is up.
-fn grasp_directions(
+pub(crate) fn grasp_directions(
     object: &TriangleMesh,
     hand: &TriangleMesh,
     palm: Option<&PalmFrame>,

@@ -21,7 +21,9 @@
 //! ```
 
 mod camera;
+mod caption;
 mod color;
+mod contact;
 mod error;
 mod grasp;
 mod hand;
@@ -29,16 +31,21 @@ mod image;
 mod lighting;
 mod normals;
 mod overlay;
+mod page;
 mod projection;
 mod raster;
 mod render;
 mod scene;
+mod sheet;
 
 pub use camera::{Camera, Lens};
 pub use color::Color;
+pub use contact::{ContactForce, contact_dots};
 pub use error::ViewError;
 pub use grasp::{palm_in_object_frame, render_grasp, render_hand_pose};
 pub use hand::render_hand;
 pub use image::{Image, tile};
+pub use page::{GraspPage, Keyframe, LossName, MetricColumn, Optimization, PageGrasp, page_html};
 pub use render::render;
 pub use scene::{Background, Dot, Scene, Segment, Shading, Surface};
+pub use sheet::{Captioned, SheetGrasp, captioned, contact_sheet, trajectory_strip};

@@ -41,6 +41,16 @@ pub enum GraspError {
         /// The names that exist.
         known: String,
     },
+    /// A file of settings that cannot be used.
+    #[error(
+        "{path}: {fault}; give settings by the names that run.toml has under [settings], for instance `steps = 3000`"
+    )]
+    InvalidConfig {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong.
+        fault: String,
+    },
     /// No built-in object and no file has the name that was given.
     #[error(
         "{name}: neither a built-in object ({built_in}) nor an existing file; give one of those names or the path of a .obj, .stl, .ply, .off, .glb, .gltf or .dae file"
@@ -68,6 +78,16 @@ pub enum GraspError {
         path: PathBuf,
         /// The system's reason.
         source: std::io::Error,
+    },
+    /// A file of another project's grasps that is not as that project writes it.
+    #[error(
+        "{path}: {fault}; give an array of dictionaries with `qpos` (a number for each joint, WRJTx to WRJTz and WRJRx to WRJRz for the wrist) and `scale`, as DexGraspNet saves them"
+    )]
+    ParseGrasps {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong.
+        fault: String,
     },
     /// A line that is no grasp record.
     #[error("{path}{}: {fault}; each line must be one {SCHEMA} record", at_line(*line))]

@@ -1,15 +1,13 @@
 //! What a robot needs besides the grasp: where to come from, and how to hold on.
 
-use graspd_geom::Vec3;
-use graspd_hand::{Hand, HandPose, PointBuffer, PoseGradient, clamp_to_limits};
+use graspd_hand::{Hand, HandPose, clamp_to_limits};
 use serde::Serialize;
 
 use crate::GraspError;
 use crate::approach::PathProbe;
 use crate::object::GraspObject;
+use crate::pressing::Pressing;
 
-/// Contact points this near to the surface count as pressing on it \[m\].
-const CONTACT_BAND: f64 = 5e-4;
 /// Lever arm below which joints can hardly move the contacts: bounds the squeeze where forces pass through axes \[m\].
 const LEAST_LEVER: f64 = 0.01;
 
@@ -189,37 +187,10 @@ pub fn plan_squeeze(
     grasp: &HandPose,
     settings: &ExecutionSettings,
 ) -> PlannedSqueeze {
-    let weights = &hand.contact_points().weight;
-    let spheres = hand.collision_spheres().radius.len();
-    let mut scratch = hand.new_scratch();
-    let mut contacts = PointBuffer::<f64>::zeros(weights.len());
-    let mut centers = PointBuffer::zeros(spheres);
-    hand.forward(grasp, &mut scratch, &mut contacts, &mut centers);
-
     let sdf = object.simulated.sdf();
-    let touch: Vec<(f64, Vec3<f64>)> = (0..contacts.len())
-        .map(|i| sdf.distance_and_gradient(contacts.get(i)))
-        .collect();
-    let nearest = touch.iter().map(|t| t.0).fold(f64::INFINITY, f64::min);
-    let reach = nearest.max(0.0) + CONTACT_BAND;
-    let mut forces = PointBuffer::zeros(weights.len());
-    let mut total = 0.0;
-    for (i, (distance, gradient)) in touch.iter().enumerate() {
-        let size = (reach - distance).max(0.0) * f64::from(weights[i]);
-        forces.set(i, gradient.normalize_or_zero() * -size);
-        total += size;
-    }
-    let unpushed = PointBuffer::zeros(spheres);
-    let mut gradient = PoseGradient::zero(grasp.articulation.len());
-    hand.pullback(
-        grasp,
-        &mut scratch,
-        &contacts,
-        &forces,
-        &centers,
-        &unpushed,
-        &mut gradient,
-    );
+    let mut pressing = Pressing::new(hand, grasp, |p| sdf.distance_and_gradient(p));
+    let gradient = pressing.pull_back(hand, grasp);
+    let total = pressing.total;
     // Now in units of the total force: lever arms [m].
     let levers: Vec<f64> = (gradient.articulation.iter())
         .map(|torque| if total > 0.0 { torque / total } else { 0.0 })

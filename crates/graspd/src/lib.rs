@@ -56,13 +56,20 @@
 //!
 //! Poses map hand-base coordinates into the object's mesh coordinates; lengths are metres.
 
+mod ablation;
+mod annealing;
 mod approach;
+mod attempt;
 mod bootstrap;
 mod conformity;
+mod dexgraspnet;
+mod diversity;
 mod error;
 mod execution;
 mod object;
+mod overrides;
 mod preset;
+mod pressing;
 mod rank;
 mod record;
 mod record_file;
@@ -71,19 +78,28 @@ mod start;
 mod summary;
 mod synthesis;
 
+pub use ablation::{ConstraintMethod, MethodPart};
+pub use annealing::{AnnealingSettings, anneal};
 pub use conformity::{ConformitySettings, FittedHand, HandFitter, SkinCost, SkinSamples, fit_hand};
+pub use dexgraspnet::read_dexgraspnet;
+pub use diversity::{Diversity, diverse, pose_distances};
 pub use error::GraspError;
 pub use execution::{
     ClosingOrder, ExecutionSettings, PlannedPreGrasp, PlannedSqueeze, plan_pre_grasp, plan_squeeze,
 };
+pub use graspd_ad::{INSTRUCTIONS_VARIABLE, Instructions, UnknownInstructions};
 pub use object::{GraspObject, NamedMesh, PAPER_PADDING, PAPER_RESOLUTION};
 pub use preset::{PRESETS, SynthesisSettings};
+pub use pressing::{PressingContact, pressing_contacts};
 pub use rank::rank_by_displacement;
 pub use record::{
     GraspRecord, OptimizerRecord, PreGrasp, RecordedPose, SCHEMA, Seconds, Squeeze, named_joints,
 };
 pub use record_file::{read_records, write_atomically, write_records};
-pub use run::{Grasp, RunObserver, RunSettings, TrajectoryPoint, draw_start, synthesize_grasps};
+pub use run::{
+    Grasp, RunObserver, RunSettings, TrajectoryPoint, draw_start, surface_at_rest,
+    synthesize_grasps,
+};
 pub use start::{PAPER_STANDOFF, initial_pose, start_rng, transform_object_hand};
 pub use summary::{MetricMeans, Summary};
 pub use synthesis::{Losses, Synthesis, synthesize};

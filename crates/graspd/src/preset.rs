@@ -6,6 +6,8 @@ use graspd_sim::{ContactParams, SimulationParams, Twist};
 use serde::{Deserialize, Serialize};
 
 use crate::GraspError;
+use crate::ablation::ConstraintMethod;
+use crate::annealing::AnnealingSettings;
 use crate::conformity::ConformitySettings;
 
 /// The settings of one synthesis. [`Default`] is the preset that measures best.
@@ -80,14 +82,41 @@ pub struct SynthesisSettings {
     /// Density of the object \[kg/m^3\]; released code: 1000.
     pub density: f64,
 
+    /// s: all happens to a hand and an object s times as large as they are, with these same constants: the rate of the
+    /// base's position, margin, standoff and stiffnesses are of that larger world; paper: 1, released code: 2.
+    #[serde(default = "one")]
+    pub length_scale: f64,
+    /// Moves the base first and then, with L_phys evaluated anew, the joints; released code: yes, paper: both at once.
+    #[serde(default)]
+    pub block_coordinate: bool,
+    /// The paper's problem relaxation: the task constraint is on target wrenches, which L_phys ties to the real contact
+    /// wrenches. Without it, the constraint is on the real ones, by the pose alone.
+    #[serde(default = "yes")]
+    pub relaxation: bool,
+    /// How constraints are enforced; paper: MDMM.
+    #[serde(default)]
+    pub constraint_method: ConstraintMethod,
+
     /// Fits the hand's skin to the object before the steps (from the best of several starts) and after them; the paper
     /// does not.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub conformity: Option<ConformitySettings>,
+
+    /// Plans by simulated annealing instead, `steps` of it; of all else here only density and standoff count.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub annealing: Option<AnnealingSettings>,
 }
 
 /// The presets by name.
-pub const PRESETS: [&str; 4] = ["default", "fast", "soft", "paper"];
+pub const PRESETS: [&str; 6] = ["default", "fast", "soft", "paper", "released", "annealing"];
+
+fn one() -> f64 {
+    1.0
+}
+
+fn yes() -> bool {
+    true
+}
 
 impl Default for SynthesisSettings {
     /// The preset `default`, chosen by measurement (`docs/tuning.md`): the hand is fitted to the object from several
@@ -189,7 +218,42 @@ impl SynthesisSettings {
             time_step: 1e-5,
             object_velocities: vec![[0.0; 3], [0.01; 3], [-0.01; 3]],
             density: 1000.0,
+            length_scale: 1.0,
+            block_coordinate: false,
+            relaxation: true,
+            constraint_method: ConstraintMethod::Mdmm,
             conformity: None,
+            annealing: None,
+        }
+    }
+
+    /// Not this method but one to compare with: simulated annealing on the contact energy, 70 000 steps, see
+    /// [`anneal`](crate::anneal).
+    pub fn annealing() -> Self {
+        Self {
+            preset: "annealing".into(),
+            annealing: Some(AnnealingSettings::default()),
+            ..Self::paper().with_steps(70_000)
+        }
+    }
+
+    /// What the authors' released code does where it differs from the paper: Adam for the pose, at a lower rate for the
+    /// base and after a warm-up; base and joints moved one after the other; 10 000 steps; hand and object at twice their
+    /// size. The smoothing takes as many steps as the paper's, for want of another number.
+    pub fn released() -> Self {
+        Self {
+            preset: "released".into(),
+            steps: 10_000,
+            stiffening_end: 10_000,
+            translation_rate: 1e-3,
+            rotation_rate: 1e-3,
+            articulation_rate: 3e-3,
+            pose_uses_adam: true,
+            warmup_steps: 200,
+            decay_start: 10_000,
+            length_scale: 2.0,
+            block_coordinate: true,
+            ..Self::paper()
         }
     }
 
@@ -203,6 +267,8 @@ impl SynthesisSettings {
             "fast" => Ok(Self::fast()),
             "soft" => Ok(Self::soft()),
             "paper" => Ok(Self::paper()),
+            "released" => Ok(Self::released()),
+            "annealing" => Ok(Self::annealing()),
             _ => Err(GraspError::UnknownPreset {
                 name: name.into(),
                 known: PRESETS.join(", "),
@@ -245,6 +311,7 @@ impl SynthesisSettings {
             ("joint_limit", self.joint_limit),
             ("density", self.density),
             ("soft_stiffness", self.soft_stiffness),
+            ("length_scale", self.length_scale),
         ];
         for (field, value) in positive {
             if !(value.is_finite() && value > 0.0) {
@@ -279,9 +346,13 @@ impl SynthesisSettings {
                 wanted: "at least 1",
             });
         }
+        self.constraint_method.validate()?;
         self.simulation().validate()?;
         if let Some(conformity) = &self.conformity {
             conformity.validate()?;
+        }
+        if let Some(annealing) = &self.annealing {
+            annealing.validate()?;
         }
         self.validate_schedules()
     }
@@ -319,12 +390,13 @@ impl SynthesisSettings {
         Ok(())
     }
 
-    /// The simulation's part of the settings.
+    /// The simulation's part of the settings; its lengths are real ones.
     pub fn simulation(&self) -> SimulationParams {
         SimulationParams {
             contact: ContactParams {
-                normal_stiffness: self.normal_stiffness,
-                friction_stiffness: self.friction_stiffness,
+                // A depth is `length_scale` times as large in the larger world.
+                normal_stiffness: self.length_scale * self.normal_stiffness,
+                friction_stiffness: self.length_scale * self.friction_stiffness,
                 friction_coefficient: self.friction_coefficient,
                 leak: self.leak,
             },
@@ -337,7 +409,13 @@ impl SynthesisSettings {
                     angular: Vec3::zero(),
                 })
                 .collect(),
+            length_scale: self.length_scale,
         }
+    }
+
+    /// A length of the larger world in the real one \[m\].
+    pub(crate) fn real_length(&self, length: f64) -> f64 {
+        length / self.length_scale
     }
 
     /// By how much the contacts are softer than at the end, at each step.

@@ -31,6 +31,49 @@ impl From<&HandPose> for RecordedPose {
     }
 }
 
+impl RecordedPose {
+    /// The hand there with these joints, or what is wrong with it.
+    fn with_articulation(&self, articulation: Vec<f64>) -> Result<HandPose, String> {
+        let [x, y, z] = self.translation_m;
+        let [w, i, j, k] = self.rotation_wxyz;
+        let norm = (w * w + i * i + j * j + k * k).sqrt();
+        let all_finite = articulation.iter().chain(&[x, y, z]).all(|v| v.is_finite());
+        if !all_finite || !norm.is_finite() || norm < 1e-6 {
+            return Err("its pose has a number that is not finite, or a zero quaternion".into());
+        }
+        // A unit quaternion stays as it is, bit for bit: records are read back exactly.
+        let rotation = Quaternion {
+            w,
+            x: i,
+            y: j,
+            z: k,
+        };
+        let is_unit = (norm - 1.0).abs() < 1e-9;
+        Ok(HandPose {
+            translation: Vec3::new(x, y, z),
+            rotation: if is_unit {
+                rotation
+            } else {
+                rotation.normalize()
+            },
+            articulation,
+        })
+    }
+}
+
+/// The joints called `names`, in that order; `field` is where they stand.
+fn joints_by_name(
+    joints: &BTreeMap<String, f64>,
+    names: &[String],
+    field: &str,
+) -> Result<Vec<f64>, String> {
+    let value = |name: &String| {
+        let joint = joints.get(name).copied();
+        joint.ok_or_else(|| format!("`{field}` lacks the joint `{name}`"))
+    };
+    names.iter().map(value).collect()
+}
+
 /// A pose and joints that come before the grasp itself.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PreGrasp {
@@ -124,7 +167,7 @@ pub struct GraspRecord {
     pub squeeze: Option<Squeeze>,
     /// The judge's findings; `None` before evaluation.
     pub metrics: Option<GraspMetrics>,
-    /// How the optimisation ended; `None` for grasps made by others.
+    /// How the optimisation ended; `None` for grasps made by annealing or by others.
     pub optimizer: Option<OptimizerRecord>,
     /// 1 for the grasp with the least simulation displacement.
     pub rank: Option<usize>,
@@ -141,54 +184,81 @@ fn unscaled() -> f64 {
 }
 
 impl GraspRecord {
+    /// A grasp made by others: its pose and joints, and nothing known beyond.
+    pub(crate) fn bare(
+        object: &str,
+        hand: &str,
+        index: usize,
+        pose: RecordedPose,
+        joints: BTreeMap<String, f64>,
+        object_scale: f64,
+    ) -> Self {
+        Self {
+            schema: this_schema(),
+            object: object.to_owned(),
+            object_path: None,
+            object_scale,
+            object_repair: None,
+            hand: hand.to_owned(),
+            seed: None,
+            index,
+            pose,
+            joints_rad: Some(joints),
+            mano: None,
+            pre_grasp: None,
+            squeeze: None,
+            metrics: None,
+            optimizer: None,
+            rank: None,
+            seconds: None,
+        }
+    }
+
     /// The pose of a hand whose articulation parameters are called `names`; a joint that the record does not
     /// name is an error.
     ///
     /// # Errors
     /// If a joint is missing, or a number is not finite, or the quaternion is zero.
     pub fn hand_pose(&self, names: &[String]) -> Result<HandPose, GraspError> {
-        let invalid = |fault: String| GraspError::InvalidRecord {
+        let articulation = match &self.joints_rad {
+            Some(joints) => joints_by_name(joints, names, "joints_rad"),
+            None => self.mano_coefficients(names.len()),
+        };
+        articulation
+            .and_then(|articulation| self.pose.with_articulation(articulation))
+            .map_err(|fault| self.invalid(fault))
+    }
+
+    /// The pose of the pre-grasp, for a hand as in [`GraspRecord::hand_pose`]; `None` if the record has none.
+    ///
+    /// # Errors
+    /// As [`GraspRecord::hand_pose`].
+    pub fn pre_grasp_pose(&self, names: &[String]) -> Result<Option<HandPose>, GraspError> {
+        let of = |before: &PreGrasp| {
+            let articulation = joints_by_name(&before.joints_rad, names, "pre_grasp.joints_rad")?;
+            before.pose.with_articulation(articulation)
+        };
+        (self.pre_grasp.as_ref().map(of).transpose()).map_err(|fault| self.invalid(fault))
+    }
+
+    /// The pose of the grasp with the joints of the squeeze, for a hand as in [`GraspRecord::hand_pose`]; `None` if the
+    /// record has none.
+    ///
+    /// # Errors
+    /// As [`GraspRecord::hand_pose`].
+    pub fn squeeze_pose(&self, names: &[String]) -> Result<Option<HandPose>, GraspError> {
+        let of = |after: &Squeeze| {
+            let articulation = joints_by_name(&after.joints_rad, names, "squeeze.joints_rad")?;
+            self.pose.with_articulation(articulation)
+        };
+        (self.squeeze.as_ref().map(of).transpose()).map_err(|fault| self.invalid(fault))
+    }
+
+    fn invalid(&self, fault: String) -> GraspError {
+        GraspError::InvalidRecord {
             index: self.index,
             fault,
-        };
-        let articulation = match &self.joints_rad {
-            Some(joints) => names
-                .iter()
-                .map(|name| {
-                    joints
-                        .get(name)
-                        .copied()
-                        .ok_or_else(|| invalid(format!("`joints_rad` lacks the joint `{name}`")))
-                })
-                .collect::<Result<Vec<_>, _>>()?,
-            None => self.mano_coefficients(names.len()).map_err(invalid)?,
-        };
-        let [x, y, z] = self.pose.translation_m;
-        let [w, i, j, k] = self.pose.rotation_wxyz;
-        let norm = (w * w + i * i + j * j + k * k).sqrt();
-        let all_finite = articulation.iter().chain(&[x, y, z]).all(|v| v.is_finite());
-        if !all_finite || !norm.is_finite() || norm < 1e-6 {
-            return Err(invalid(
-                "its pose has a number that is not finite, or a zero quaternion".into(),
-            ));
         }
-        // A unit quaternion stays as it is, bit for bit: records are read back exactly.
-        let rotation = Quaternion {
-            w,
-            x: i,
-            y: j,
-            z: k,
-        };
-        let is_unit = (norm - 1.0).abs() < 1e-9;
-        Ok(HandPose {
-            translation: Vec3::new(x, y, z),
-            rotation: if is_unit {
-                rotation
-            } else {
-                rotation.normalize()
-            },
-            articulation,
-        })
     }
 
     /// The first `count` pose coefficients of a MANO hand; those that the record leaves out are 0.

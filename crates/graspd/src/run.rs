@@ -3,12 +3,13 @@
 use std::time::Instant;
 
 use graspd_eval::{EvaluationSettings, ObjectUnderTest, evaluate};
-use graspd_geom::{GeometryError, SurfaceSampler};
+use graspd_geom::{GeometryError, Quaternion, SurfaceSampler, TriangleMesh, Vec3};
 use graspd_hand::{Hand, HandPose};
 use graspd_sim::Scene;
 use rayon::prelude::*;
 
 use crate::GraspError;
+use crate::attempt::{Attempt, Job};
 use crate::conformity::HandFitter;
 use crate::execution::{ExecutionSettings, plan_pre_grasp, plan_squeeze};
 use crate::object::GraspObject;
@@ -18,7 +19,7 @@ use crate::record::{
     GraspRecord, OptimizerRecord, PreGrasp, RecordedPose, SCHEMA, Seconds, Squeeze, named_joints,
 };
 use crate::start::{initial_pose, start_rng};
-use crate::synthesis::{Losses, Synthesis, synthesize};
+use crate::synthesis::{Losses, Synthesis};
 
 /// Starts that already touch the object are drawn again at most this often.
 const MOST_REDRAWS: usize = 100;
@@ -111,16 +112,17 @@ pub fn draw_start(
         SurfaceSampler::new(&object.source.mesh).ok_or_else(|| GeometryError::NoVolume {
             name: object.source.label(),
         })?;
+    let standoff = settings.real_length(settings.standoff);
     let mut rng = start_rng(seed, &object.source.name, hand.name(), index);
     let simulation = settings.simulation();
     let mut scene = Scene::<f64>::new(hand, &object.simulated, &simulation);
-    let mut pose = initial_pose(hand, &surface, settings.standoff, &mut rng);
+    let mut pose = initial_pose(hand, &surface, standoff, &mut rng);
     for _ in 0..MOST_REDRAWS {
         scene.place(&pose);
         if scene.closest_distance() > 0.0 {
             break;
         }
-        pose = initial_pose(hand, &surface, settings.standoff, &mut rng);
+        pose = initial_pose(hand, &surface, standoff, &mut rng);
     }
     Ok(pose)
 }
@@ -140,7 +142,10 @@ pub fn synthesize_grasps(
 ) -> Result<Vec<Grasp>, GraspError> {
     settings.validate()?;
     run.validate()?;
-    let judged = ObjectUnderTest::new(&object.source.mesh)?.with_cache(object.cache.clone());
+    let mut judged = ObjectUnderTest::new(&object.source.mesh)?.with_cache(object.cache.clone());
+    if run.evaluation.metrics.self_penetration {
+        judged = judged.grasped_by(&surface_at_rest(hand))?;
+    }
     let fitter = (settings.conformity.as_ref())
         .map(|conformity| HandFitter::new(hand, conformity))
         .transpose()?;
@@ -165,31 +170,13 @@ pub fn synthesize_grasps(
     Ok(grasps)
 }
 
-/// The best of the fitted starts that belong to a grasp: of those whose numbers are `candidates` times `index` and the
-/// next, that of the best rating (`FittedHand::rating`).
-fn best_fitted_start(
-    object: &GraspObject,
-    hand: &dyn Hand,
-    fitter: &HandFitter<'_>,
-    settings: &SynthesisSettings,
-    seed: u64,
-    index: usize,
-) -> Result<HandPose, GraspError> {
-    let sdf = object.simulated.sdf();
-    let mut best = None;
-    for candidate in 0..fitter.candidates() {
-        let number = index.saturating_mul(fitter.candidates()) + candidate;
-        let start = draw_start(object, hand, settings, seed, number)?;
-        let fitted = fitter.coarse(sdf, &start);
-        let rating = fitted.rating();
-        if best.as_ref().is_none_or(|(least, _)| rating < *least) {
-            best = Some((rating, fitted.pose));
-        }
-    }
-    match best {
-        Some((_, pose)) => Ok(pose),
-        None => draw_start(object, hand, settings, seed, index),
-    }
+/// The surface of the open hand, its base at the origin.
+pub fn surface_at_rest(hand: &dyn Hand) -> TriangleMesh {
+    hand.surface(&HandPose {
+        translation: Vec3::zero(),
+        rotation: Quaternion::identity(),
+        articulation: hand.open_articulation().to_vec(),
+    })
 }
 
 #[allow(clippy::too_many_arguments)]
@@ -204,73 +191,67 @@ fn one_grasp(
     observer: &dyn RunObserver,
 ) -> Result<Grasp, GraspError> {
     let started = Instant::now();
-    let start = match fitter {
-        Some(fitter) => best_fitted_start(object, hand, fitter, settings, run.seed, index)?,
-        None => draw_start(object, hand, settings, run.seed, index)?,
+    let job = Job {
+        object,
+        hand,
+        settings,
+        seed: run.seed,
+        index,
+        trajectory_every: run.trajectory_every,
+        observer,
     };
-    let mut trajectory = Vec::new();
-    let mut observe = |step: usize, pose: &HandPose, losses: &Losses| {
-        observer.step(index, step);
-        if run
-            .trajectory_every
-            .is_some_and(|every| step.is_multiple_of(every.max(1)))
-        {
-            trajectory.push(TrajectoryPoint {
-                step,
-                pose: pose.clone(),
-                losses: *losses,
-            });
-        }
+    let Attempt {
+        pose,
+        synthesis,
+        trajectory,
+    } = match (fitter, &settings.annealing) {
+        (_, Some(annealing)) => job.anneal(annealing)?,
+        (Some(fitter), None) => job.fit_and_simulate(fitter)?,
+        (None, None) => job.simulate_from_start()?,
     };
-    let mut synthesis = synthesize::<f32>(hand, &object.simulated, start, settings, &mut observe)?;
-    if !is_finite(&synthesis) {
-        return Err(GraspError::Diverged { index });
-    }
-    if let Some(fitter) = fitter {
-        synthesis.pose = fitter.fine(object.simulated.sdf(), &synthesis.pose).pose;
-    }
     let synthesis_seconds = started.elapsed().as_secs_f64();
 
     let started = Instant::now();
-    let metrics = evaluate(judged, &hand.surface(&synthesis.pose), &run.evaluation)?;
+    let metrics = evaluate(judged, &hand.surface(&pose), &run.evaluation)?;
     let seconds = Seconds {
         synthesis: synthesis_seconds,
         evaluation: started.elapsed().as_secs_f64(),
     };
-    let mut record = record_of(object, hand, settings, &run.execution, &synthesis, index);
+    let mut record = record_of(object, hand, &pose, &run.execution, index);
+    record.optimizer = synthesis.map(|synthesis| optimizer_record(settings, &synthesis));
     record.seed = Some(run.seed);
     record.metrics = Some(metrics);
     record.seconds = Some(seconds);
     observer.finished(&record);
     Ok(Grasp {
         record,
-        pose: synthesis.pose,
+        pose,
         trajectory,
     })
 }
 
-/// Whether the optimisation ended in numbers; infinite ones become NaN within a step or two.
-fn is_finite(synthesis: &Synthesis) -> bool {
-    let Synthesis { pose, losses, .. } = synthesis;
-    let (t, q) = (pose.translation, pose.rotation);
-    [t.x, t.y, t.z, q.w, q.x, q.y, q.z]
-        .iter()
-        .chain(&pose.articulation)
-        .chain(&[losses.physics, losses.task, losses.range])
-        .chain(&[losses.limit, losses.intersection])
-        .all(|number| number.is_finite())
+fn optimizer_record(settings: &SynthesisSettings, synthesis: &Synthesis) -> OptimizerRecord {
+    let losses = &synthesis.losses;
+    OptimizerRecord {
+        preset: settings.preset.clone(),
+        steps: synthesis.steps,
+        l_phys: losses.physics,
+        l_task: losses.task,
+        l_range: losses.range,
+        l_limit: losses.limit,
+        l_inter: losses.intersection,
+        task_satisfied: synthesis.task_satisfied,
+    }
 }
 
 fn record_of(
     object: &GraspObject,
     hand: &dyn Hand,
-    settings: &SynthesisSettings,
+    pose: &HandPose,
     execution: &ExecutionSettings,
-    synthesis: &Synthesis,
     index: usize,
 ) -> GraspRecord {
     let names = hand.articulation_names();
-    let (pose, losses) = (&synthesis.pose, &synthesis.losses);
     let before = plan_pre_grasp(hand, object, pose, execution);
     let after = plan_squeeze(hand, object, pose, execution);
     GraspRecord {
@@ -300,16 +281,7 @@ fn record_of(
             force_n: Some(execution.squeeze_force),
         }),
         metrics: None,
-        optimizer: Some(OptimizerRecord {
-            preset: settings.preset.clone(),
-            steps: synthesis.steps,
-            l_phys: losses.physics,
-            l_task: losses.task,
-            l_range: losses.range,
-            l_limit: losses.limit,
-            l_inter: losses.intersection,
-            task_satisfied: synthesis.task_satisfied,
-        }),
+        optimizer: None,
         rank: None,
         seconds: None,
     }

@@ -6,6 +6,7 @@ use graspd_eval::GraspMetrics;
 use serde::{Deserialize, Serialize};
 
 use crate::bootstrap::interval_95;
+use crate::diversity::Diversity;
 use crate::record::GraspRecord;
 
 /// Means of the metrics over some grasps; `None` where no grasp has the metric.
@@ -15,6 +16,9 @@ pub struct MetricMeans {
     pub grasps: usize,
     /// Contact area \[cm^2\].
     pub contact_area_cm2: Option<f64>,
+    /// Contact area as a count of voxels \[cm^2\].
+    #[serde(default)]
+    pub contact_area_voxel_count_cm2: Option<f64>,
     /// Interpenetration volume \[cm^3\].
     pub interpenetration_volume_cm3: Option<f64>,
     /// Mean contact area over mean interpenetration volume \[1/cm\].
@@ -25,12 +29,18 @@ pub struct MetricMeans {
     pub gws_volume: Option<f64>,
     /// Simulation displacement \[cm\].
     pub sim_displacement_cm: Option<f64>,
+    /// The same, mean over gravity along the six axis directions \[cm\].
+    #[serde(default)]
+    pub sim_displacement_mean6_cm: Option<f64>,
     /// How many of the shake test's six forces are withstood.
     pub shake_withstood: Option<f64>,
     /// Share of grasps that withstand all six (in a median: 1 if at least half of them do).
     pub shake_success: Option<f64>,
     /// Deepest penetration \[mm\].
     pub max_penetration_mm: Option<f64>,
+    /// Deepest self-penetration \[mm\].
+    #[serde(default)]
+    pub self_penetration_mm: Option<f64>,
     /// For each of these means, by its name here, a 95 % bootstrap interval over the grasps (of two grasps: both
     /// values). None for medians, and none for a mean over a single grasp.
     #[serde(default)]
@@ -52,6 +62,9 @@ pub struct Summary {
     pub all: MetricMeans,
     /// Median over all grasps, by metric.
     pub median: MetricMeans,
+    /// How different the grasps that were kept are; `None` if there are fewer than two, or poses were not looked at.
+    #[serde(default)]
+    pub diversity: Option<Diversity>,
     /// Mean seconds of a synthesis on its thread.
     pub mean_synthesis_seconds: f64,
     /// Mean seconds of an evaluation on its thread.
@@ -62,13 +75,16 @@ pub struct Summary {
 type Column = fn(&GraspMetrics) -> Option<f64>;
 
 const CONTACT_AREA: Column = |m| m.contact_area_cm2;
+const VOXEL_COUNT: Column = |m| m.contact_area_voxel_count_cm2;
 const INTERPENETRATION: Column = |m| m.interpenetration_volume_cm3;
 const EPSILON: Column = |m| m.epsilon;
 const VOLUME: Column = |m| m.gws_volume;
 const DISPLACEMENT: Column = |m| m.sim_displacement_cm;
+const MEAN6: Column = |m| m.sim_displacement_mean6_cm;
 const WITHSTOOD: Column = |m| m.shake_withstood.map(|count| count as f64);
 const SUCCESS: Column = |m| m.shake_success.map(f64::from);
 const PENETRATION: Column = |m| m.max_penetration_mm;
+const SELF_PENETRATION: Column = |m| m.self_penetration_mm;
 
 impl Summary {
     /// Summarises grasps that are sorted by rank.
@@ -87,6 +103,7 @@ impl Summary {
             top_5: best(5),
             all: best(records.len()),
             median: aggregate(records, median),
+            diversity: None,
             mean_synthesis_seconds: seconds(|s| s.synthesis),
             mean_evaluation_seconds: seconds(|s| s.evaluation),
         }
@@ -105,14 +122,17 @@ fn aggregate(records: &[GraspRecord], reduce: fn(Vec<f64>) -> Option<f64>) -> Me
     MetricMeans {
         grasps: records.len(),
         contact_area_cm2: area,
+        contact_area_voxel_count_cm2: of(VOXEL_COUNT),
         interpenetration_volume_cm3: volume,
         ca_over_iv: ratio(area, volume),
         epsilon: of(EPSILON),
         gws_volume: of(VOLUME),
         sim_displacement_cm: of(DISPLACEMENT),
+        sim_displacement_mean6_cm: of(MEAN6),
         shake_withstood: of(WITHSTOOD),
         shake_success: of(SUCCESS),
         max_penetration_mm: of(PENETRATION),
+        self_penetration_mm: of(SELF_PENETRATION),
         interval_95: BTreeMap::new(),
     }
 }
@@ -122,13 +142,16 @@ fn means(records: &[GraspRecord]) -> MetricMeans {
     let mut means = aggregate(records, mean);
     for (name, column) in [
         ("contact_area_cm2", CONTACT_AREA),
+        ("contact_area_voxel_count_cm2", VOXEL_COUNT),
         ("interpenetration_volume_cm3", INTERPENETRATION),
         ("epsilon", EPSILON),
         ("gws_volume", VOLUME),
         ("sim_displacement_cm", DISPLACEMENT),
+        ("sim_displacement_mean6_cm", MEAN6),
         ("shake_withstood", WITHSTOOD),
         ("shake_success", SUCCESS),
         ("max_penetration_mm", PENETRATION),
+        ("self_penetration_mm", SELF_PENETRATION),
     ] {
         let values = values(records, column);
         let of = |indices: &[usize]| mean(indices.iter().map(|i| values[*i]).collect());

@@ -14,6 +14,7 @@ use graspd_sim::{
 };
 
 use crate::GraspError;
+use crate::ablation::ConstraintMethod;
 use crate::preset::SynthesisSettings;
 
 /// The losses at one step.
@@ -95,13 +96,20 @@ fn contact_at(contact: &ContactParams, softness: f64) -> ContactParams {
 struct RelativeConstraint {
     limit: f64,
     constraint: Constraint,
+    has_multiplier: bool,
 }
 
 impl RelativeConstraint {
-    fn new(limit: f64, damping: f64) -> Self {
+    fn new(limit: f64, settings: &SynthesisSettings) -> Self {
+        // With a multiplier that stays 0, damping is a quadratic penalty.
+        let (damping, has_multiplier) = match settings.constraint_method {
+            ConstraintMethod::Mdmm => (settings.damping, true),
+            ConstraintMethod::Penalty { weight } => (weight, false),
+        };
         Self {
             limit,
             constraint: Constraint::less_than(1.0).with_damping(damping),
+            has_multiplier,
         }
     }
     /// d Lagrangian / d value.
@@ -109,7 +117,9 @@ impl RelativeConstraint {
         self.constraint.weight(value / self.limit) / self.limit
     }
     fn ascend(&mut self, rate: f64, value: f64) {
-        self.constraint.ascend(rate, value / self.limit);
+        if self.has_multiplier {
+            self.constraint.ascend(rate, value / self.limit);
+        }
     }
 }
 
@@ -125,6 +135,28 @@ impl<E: Precision> TargetRule<E> for AdamaxRule<'_, E> {
     fn inherit<T: Real<Element = E>>(&mut self, from: usize, to: usize) {
         self.0.inherit::<T, 6>(from, to, POINT_PADDING);
     }
+}
+
+/// Targets that stay where they are, and only pass on what Adamax remembers of them.
+struct HeldRule<'a, E>(&'a mut Adamax<E>);
+
+impl<E: Precision> TargetRule<E> for HeldRule<'_, E> {
+    #[inline(always)]
+    fn update<T: Real<Element = E>>(&mut self, _first: usize, _gradient: [T; 6]) -> [T; 6] {
+        [T::zero(); 6]
+    }
+    #[inline(always)]
+    fn inherit<T: Real<Element = E>>(&mut self, from: usize, to: usize) {
+        self.0.inherit::<T, 6>(from, to, POINT_PADDING);
+    }
+}
+
+/// Which part of the pose moves.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Block {
+    All,
+    Base,
+    Joints,
 }
 
 /// Everything that changes while one grasp is optimised.
@@ -149,6 +181,8 @@ struct Optimization<'a, E: Precision> {
     flat_update: Vec<f64>,
     groups: [ParameterGroup; 3],
     pose_optimizer: Box<dyn Optimizer<f64>>,
+    /// Of the joints, where they move by themselves: each block counts its own steps.
+    joint_optimizer: Box<dyn Optimizer<f64>>,
     limit: RelativeConstraint,
 }
 
@@ -179,17 +213,18 @@ where
             force_decay: settings.force_decay()?,
             force_optimizer: Adamax::new(targets.state_len(), AdamaxSettings::default())?,
             targets,
-            task: RelativeConstraint::new(settings.task_limit, settings.damping),
+            task: RelativeConstraint::new(settings.task_limit, settings),
             gradient: PoseGradient::zero(articulation),
             flat_gradient: vec![0.0; pose_len],
             flat_update: vec![0.0; pose_len],
             groups: [
-                group(0..3, settings.translation_rate),
+                group(0..3, settings.real_length(settings.translation_rate)),
                 group(3..6, settings.rotation_rate),
                 group(6..pose_len, settings.articulation_rate),
             ],
             pose_optimizer: settings.pose_optimizer().build(pose_len)?,
-            limit: RelativeConstraint::new(settings.joint_limit, settings.damping),
+            joint_optimizer: settings.pose_optimizer().build(pose_len)?,
+            limit: RelativeConstraint::new(settings.joint_limit, settings),
         })
     }
 
@@ -199,7 +234,8 @@ where
             return Ok(Schedule::constant(0.0)?);
         }
         self.scene.place(&self.pose);
-        let radius = (self.scene.closest_distance() - self.settings.smoothing_margin).max(0.0);
+        let margin = self.settings.real_length(self.settings.smoothing_margin);
+        let radius = (self.scene.closest_distance() - margin).max(0.0);
         Ok(Schedule::linear(
             radius,
             0.0,
@@ -211,6 +247,10 @@ where
     /// Moves the target wrenches: minimises `relaxation_weight` L_phys subject to L_task < C_task, the pose fixed. The
     /// same pass over the contacts gives L_phys with the new targets, and its derivative, to the pose step.
     fn force_step(&mut self, step: usize) {
+        if !self.settings.relaxation {
+            self.constrain_contacts();
+            return;
+        }
         self.losses.task = self.scene.task_of_moved_targets(&self.targets).loss;
         let weights = ForceWeights {
             physics: self.settings.relaxation_weight,
@@ -224,7 +264,14 @@ where
         self.task.ascend(self.settings.force_rate, self.losses.task);
     }
 
-    /// The gradient of L_phys + L_range + L_inter and of the joint limit constraint by the pose, the targets fixed.
+    /// Instead of the force step, without relaxation: the task constraint on the contacts themselves, for the pose step.
+    fn constrain_contacts(&mut self) {
+        let task = &self.task;
+        self.losses.task = self.scene.task_of_contacts(|loss| task.weight(loss));
+        self.task.ascend(self.settings.force_rate, self.losses.task);
+    }
+
+    /// The gradient of L_phys (without relaxation: of the task constraint) + L_range + L_inter and of the joint limit constraint by the pose, the targets fixed.
     fn pose_gradient(&mut self) {
         let stiffness = self.contact.normal_stiffness;
         self.losses.intersection = self
@@ -242,8 +289,43 @@ where
         }
     }
 
-    /// Moves the pose against its gradient, the rotation on its manifold.
+    /// Moves the pose against its gradient; block by block, with the gradient evaluated anew, if so set.
     fn pose_step(&mut self, step: usize) {
+        if self.settings.block_coordinate {
+            self.move_pose(step, Block::Base);
+            self.scene.place(&self.pose);
+            self.evaluate_anew();
+            self.pose_gradient();
+            self.move_pose(step, Block::Joints);
+        } else {
+            self.move_pose(step, Block::All);
+        }
+        self.limit
+            .ascend(self.settings.articulation_rate, self.losses.limit);
+        if self.settings.clamp_joints {
+            self.clamp_joints();
+        }
+    }
+
+    /// L_phys (without relaxation: the task constraint) at another pose, with the same targets and multipliers.
+    fn evaluate_anew(&mut self) {
+        if !self.settings.relaxation {
+            let task = &self.task;
+            self.losses.task = self.scene.task_of_contacts(|loss| task.weight(loss));
+            return;
+        }
+        let nothing = ForceWeights {
+            physics: 0.0,
+            task: 0.0,
+        };
+        let mut held = HeldRule(&mut self.force_optimizer);
+        self.losses.physics = self
+            .scene
+            .move_targets(nothing, &mut held, &mut self.targets);
+    }
+
+    /// Moves a block of the pose against its gradient, the rotation on its manifold.
+    fn move_pose(&mut self, step: usize, block: Block) {
         let gradient = &self.gradient;
         let base = [gradient.translation, gradient.rotation];
         for (slot, v) in self.flat_gradient.chunks_exact_mut(3).zip(base) {
@@ -254,15 +336,19 @@ where
         let decay = self.pose_decay.value(step);
         let settings = self.settings;
         let rates = [
-            settings.translation_rate,
+            settings.real_length(settings.translation_rate),
             settings.rotation_rate,
             settings.articulation_rate,
         ];
         for (group, rate) in self.groups.iter_mut().zip(rates) {
             group.rate = rate * decay;
         }
-        self.pose_optimizer
-            .update_groups(&self.groups, &self.flat_gradient, &mut self.flat_update);
+        let (optimizer, groups) = match block {
+            Block::All => (&mut self.pose_optimizer, &self.groups[..]),
+            Block::Base => (&mut self.pose_optimizer, &self.groups[..2]),
+            Block::Joints => (&mut self.joint_optimizer, &self.groups[2..]),
+        };
+        optimizer.update_groups(groups, &self.flat_gradient, &mut self.flat_update);
 
         let update = &self.flat_update;
         let vector = |first: usize| [update[first], update[first + 1], update[first + 2]].into();
@@ -271,11 +357,6 @@ where
         self.pose.rotation = turn.compose(self.pose.rotation).normalize();
         for (value, change) in self.pose.articulation.iter_mut().zip(&update[6..]) {
             *value += change;
-        }
-        self.limit
-            .ascend(settings.articulation_rate, self.losses.limit);
-        if settings.clamp_joints {
-            self.clamp_joints();
         }
     }
 

@@ -1,6 +1,7 @@
 //! What benchmarks of the synthesis have in common: a hand that has reached an object.
 
 use graspd::{GraspObject, NamedMesh, SynthesisSettings, draw_start, synthesize};
+use graspd_ad::Instructions;
 use graspd_hand::{Hand, HandPose, Kinematics, SkinnedHand, SkinnedHandOptions, builtin_hand};
 use graspd_sim::{Precision, Scene, SimulationParams};
 
@@ -121,15 +122,6 @@ pub(crate) fn object(name: &str, resolution: usize) -> GraspObject {
 }
 
 /// The instructions that contacts are evaluated with in single precision.
-pub(crate) fn fast_backend() -> &'static str {
-    #[cfg(target_arch = "x86_64")]
-    {
-        if std::is_x86_feature_detected!("avx2") {
-            "f32 avx2"
-        } else {
-            "f32 sse2"
-        }
-    }
-    #[cfg(not(target_arch = "x86_64"))]
-    "f32 arrays of 8"
+pub(crate) fn fast_backend() -> String {
+    format!("f32 {}", Instructions::in_use().name())
 }

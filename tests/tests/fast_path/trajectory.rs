@@ -12,7 +12,9 @@ use graspd_sim::TargetRule;
 const RESOLUTION: usize = 64;
 /// Density of the mug \[kg/m^3\].
 const DENSITY: f64 = 1000.0;
-const STEPS: usize = 400;
+/// Steps of a short optimisation, and of one as `graspd synth` makes it.
+const SHORT: usize = 400;
+const WHOLE: usize = 7000;
 
 pub(crate) static HAND: LazyLock<ArticulatedHand> = LazyLock::new(|| {
     allegro(&HandOptions {
@@ -33,12 +35,15 @@ pub(crate) struct Trajectory {
     pub(crate) poses: Vec<HandPose>,
 }
 
-pub(crate) static TRAJECTORY: LazyLock<Trajectory> = LazyLock::new(|| {
+pub(crate) static TRAJECTORY: LazyLock<Trajectory> = LazyLock::new(|| recorded(SHORT));
+pub(crate) static WHOLE_TRAJECTORY: LazyLock<Trajectory> = LazyLock::new(|| recorded(WHOLE));
+
+fn recorded(steps: usize) -> Trajectory {
     // Without dilation and at the final stiffness throughout: a scene as it is made.
     let settings = SynthesisSettings {
         smoothing_steps: 0,
         soft_stiffness: SynthesisSettings::soft().normal_stiffness,
-        ..SynthesisSettings::soft().with_steps(STEPS)
+        ..SynthesisSettings::soft().with_steps(steps)
     };
     let start = draw_start(&MUG, &*HAND, &settings, 0, 0).expect("it has a surface");
     let mut poses = Vec::new();
@@ -46,7 +51,7 @@ pub(crate) static TRAJECTORY: LazyLock<Trajectory> = LazyLock::new(|| {
     synthesize::<f32>(&*HAND, &MUG.simulated, start, &settings, &mut observe)
         .expect("the settings are valid");
     Trajectory { settings, poses }
-});
+}
 
 /// Adamax as the rule by which targets move.
 pub(crate) struct AdamaxRule<'a, E>(pub(crate) AdamaxIteration<'a, E>);

@@ -1,6 +1,6 @@
 //! `reproduce-table4`: the paper's RGB-D experiment, grasps from captures judged on the true mesh.
 
-mod objects;
+mod kept;
 mod report;
 
 use std::fs;
@@ -8,11 +8,12 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::time::Instant;
 
-use anyhow::{Context, Result, bail};
-use serde_json::Value;
+use anyhow::{Context, Result};
 
-use crate::steps::{cargo, output, run};
-use objects::{Subject, subjects};
+use crate::command::{graspd, parsed, target_folder};
+use crate::objects::{Subject, TABLE4, subjects};
+use crate::steps::{output, run};
+use kept::Kept;
 use report::{Means, ObjectRow, document, json, table};
 
 /// What is asked for.
@@ -24,6 +25,8 @@ pub(crate) struct Options {
     objects: Vec<String>,
     /// Two objects and two starts.
     quick: bool,
+    /// Nothing of an interrupted or earlier run is taken over.
+    fresh: bool,
 }
 
 impl Options {
@@ -34,6 +37,7 @@ impl Options {
         while let Some(word) = rest.next() {
             match *word {
                 "--quick" => options.quick = true,
+                "--fresh" => options.fresh = true,
                 "--ycb" => options.ycb = Some(PathBuf::from(rest.next()?)),
                 "--objects" => {
                     options.objects = rest.next()?.split(',').map(str::to_owned).collect();
@@ -53,14 +57,14 @@ const STARTS: usize = 10;
 
 /// Runs the experiment with the release build of the command, prints the table, and writes `table4.json`, `table4.md` and
 /// pictures: into `docs`, or a quick run's into `target/table4-quick`.
+///
+/// An object's results are kept as soon as it is done (`target/table4/OBJECT/row.json`): a run that was interrupted goes on with
+/// the next object, as long as the command, the mesh and what was asked for are the same.
 pub(crate) fn reproduce(root: &Path, options: &Options) -> Result<()> {
     let started = Instant::now();
-    run(&mut cargo(root, "build --locked --release -p graspd-cli"))?;
+    let graspd = graspd(root)?;
     let target = target_folder(root)?;
-    let graspd = target
-        .join("release")
-        .join(format!("graspd{}", std::env::consts::EXE_SUFFIX));
-    let mut subjects = subjects(root, &options.objects)?;
+    let mut subjects = subjects(root, &options.objects, &TABLE4)?;
     let mut starts = STARTS;
     if options.quick {
         subjects.truncate(QUICK_OBJECTS);
@@ -89,13 +93,19 @@ pub(crate) fn reproduce(root: &Path, options: &Options) -> Result<()> {
     for subject in &subjects {
         println!("== {}", subject.name);
         let row = experiment
-            .object(subject)
+            .row(subject, options.fresh)
             .with_context(|| format!("{} failed", subject.name))?;
         println!("{}", row.line());
         rows.push(row);
     }
+    let rendered = rows.iter().filter(|row| row.is_rendered).count();
+    println!(
+        "\n{rendered} of {} captures rendered, {} real; {starts} grasps for each mesh",
+        rows.len(),
+        rows.len() - rendered
+    );
     let text = table(&rows);
-    println!("\n{text}");
+    println!("{text}");
     let seconds = started.elapsed().as_secs_f64();
     write(
         &docs.join("table4.json"),
@@ -121,10 +131,39 @@ struct Experiment {
 }
 
 impl Experiment {
-    /// Captures, reconstructs, grasps and judges one object.
-    fn object(&self, subject: &Subject) -> Result<ObjectRow> {
+    /// An object's results: those kept, or else made now and kept.
+    fn row(&self, subject: &Subject, is_fresh: bool) -> Result<ObjectRow> {
         let folder = self.work.join(&subject.name);
         fs::create_dir_all(&folder).with_context(|| format!("cannot make {}", folder.display()))?;
+        let real = self.ycb.as_ref().map(|ycb| ycb.join(&subject.name));
+        let asked = format!("{subject:?} {} {real:?}", self.starts);
+        let kept = Kept::new(
+            &folder,
+            &asked,
+            &[self.graspd.as_path(), Path::new(&subject.argument)],
+        )?;
+        let pictures = ["truth", "rgbd"].map(|name| self.picture(subject, name));
+        if !is_fresh
+            && pictures.iter().all(|path| path.exists())
+            && let Some(row) = kept.row()
+        {
+            println!("   kept from an earlier run (--fresh makes it anew)");
+            return Ok(row);
+        }
+        let row = self.object(subject)?;
+        kept.keep(&row)?;
+        Ok(row)
+    }
+
+    fn picture(&self, subject: &Subject, name: &str) -> PathBuf {
+        let file = format!("table4-{}-{name}.png", subject.name);
+        self.pictures.join(file)
+    }
+
+    /// Captures, reconstructs, grasps and judges one object.
+    fn object(&self, subject: &Subject) -> Result<ObjectRow> {
+        let started = Instant::now();
+        let folder = self.work.join(&subject.name);
         let truth = subject.argument.as_str();
         let real = self.ycb.as_ref().map(|ycb| ycb.join(&subject.name));
         let real = real.filter(|folder| folder.join("calibration.h5").exists());
@@ -144,9 +183,7 @@ impl Experiment {
 
         let synthesize = |object: &Path, name: &str| -> Result<PathBuf> {
             let run_folder = folder.join(name);
-            let picture = self
-                .pictures
-                .join(format!("table4-{}-{name}.png", subject.name));
+            let picture = self.picture(subject, name);
             let mut command = self.command("synth");
             command.arg(object).args(["--hand", "human", "-n"]);
             command.arg(self.starts.to_string());
@@ -171,6 +208,7 @@ impl Experiment {
             views: reconstruction["views"].as_array().map_or(0, Vec::len),
             truth: judged(&synthesize(Path::new(truth), "truth")?)?,
             rgbd: judged(&synthesize(&mesh, "rgbd")?)?,
+            seconds: started.elapsed().as_secs_f64(),
         })
     }
 
@@ -181,24 +219,12 @@ impl Experiment {
     }
 }
 
-fn parsed(command: &mut Command) -> Result<Value> {
-    serde_json::from_str(&output(command)?).with_context(|| format!("{command:?} printed no JSON"))
-}
-
+/// Writes a file under another name and renames it: whole or not at all.
 fn write(path: &Path, text: &str) -> Result<()> {
-    fs::write(path, text).with_context(|| format!("cannot write {}", path.display()))
-}
-
-fn target_folder(root: &Path) -> Result<PathBuf> {
-    let text = output(&mut cargo(
-        root,
-        "metadata --locked --no-deps --format-version 1",
-    ))?;
-    let metadata: Value = serde_json::from_str(&text)?;
-    match metadata["target_directory"].as_str() {
-        Some(folder) => Ok(PathBuf::from(folder)),
-        None => bail!("cargo metadata names no target folder"),
-    }
+    let temporary = path.with_extension("new");
+    fs::write(&temporary, text)
+        .and_then(|()| fs::rename(&temporary, path))
+        .with_context(|| format!("cannot write {}", path.display()))
 }
 
 #[cfg(test)]
@@ -207,11 +233,13 @@ mod tests {
 
     #[test]
     fn options_are_those_of_the_usage() {
-        let parsed = Options::parse(&["--ycb", "a/b", "--objects", "x,y", "--quick"]).unwrap();
+        let parsed =
+            Options::parse(&["--ycb", "a/b", "--objects", "x,y", "--quick", "--fresh"]).unwrap();
         let expected = Options {
             ycb: Some(PathBuf::from("a/b")),
             objects: vec!["x".into(), "y".into()],
             quick: true,
+            fresh: true,
         };
         assert_eq!(parsed, expected);
         assert_eq!(Options::parse(&[]), Some(Options::default()));

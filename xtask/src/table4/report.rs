@@ -30,6 +30,14 @@ impl Means {
         })
     }
 
+    fn to_json(self) -> Value {
+        json!({
+            "contact_area_cm2": self.area_cm2,
+            "interpenetration_volume_cm3": self.volume_cm3,
+            "sim_displacement_cm": self.displacement_cm,
+        })
+    }
+
     /// Over objects.
     fn over(all: impl Iterator<Item = Self> + Clone) -> Self {
         let count = all.clone().count().max(1) as f64;
@@ -57,15 +65,47 @@ pub(super) struct ObjectRow {
     pub(super) views: usize,
     pub(super) truth: Means,
     pub(super) rgbd: Means,
+    /// Wall time, from the capture to the judgement.
+    pub(super) seconds: f64,
 }
 
 impl ObjectRow {
     pub(super) fn line(&self) -> String {
         format!(
-            "   true mesh: {}\n   RGB-D:     {}",
+            "   true mesh: {}\n   RGB-D:     {}\n   {:.0} s",
             words(&self.truth),
-            words(&self.rgbd)
+            words(&self.rgbd),
+            self.seconds
         )
+    }
+
+    /// As it is kept between runs.
+    pub(super) fn to_json(&self) -> Value {
+        json!({
+            "name": self.name,
+            "note": self.note,
+            "is_rendered": self.is_rendered,
+            "views": self.views,
+            "truth": self.truth.to_json(),
+            "rgbd": self.rgbd.to_json(),
+            "seconds": self.seconds,
+        })
+    }
+
+    /// From what was kept.
+    pub(super) fn from_json(value: &Value) -> Result<Self> {
+        let lacks = |key: &str| format!("no {key} in the results kept");
+        Ok(Self {
+            name: (value["name"].as_str())
+                .with_context(|| lacks("name"))?
+                .to_owned(),
+            note: value["note"].as_str().map(str::to_owned),
+            is_rendered: (value["is_rendered"].as_bool()).with_context(|| lacks("is_rendered"))?,
+            views: value["views"].as_u64().with_context(|| lacks("views"))? as usize,
+            truth: Means::of(&value["truth"])?,
+            rgbd: Means::of(&value["rgbd"])?,
+            seconds: (value["seconds"].as_f64()).with_context(|| lacks("seconds"))?,
+        })
     }
 
     fn capture(&self) -> String {
@@ -127,6 +167,7 @@ pub(super) fn json(rows: &[ObjectRow], starts: usize) -> Value {
                 "note": row.note,
                 "capture": if row.is_rendered { "rendered" } else { "real" },
                 "views": row.views,
+                "seconds": row.seconds,
                 "GT-Mesh": columns(row.truth.columns()),
                 "RGB-D": columns(row.rgbd.columns()),
             })
@@ -206,6 +247,7 @@ mod tests {
                 displacement_cm: 1.5,
                 ..means
             },
+            seconds: 60.0,
         }
     }
 

@@ -3,7 +3,7 @@
 use proptest::prelude::*;
 
 use super::array::Array;
-use super::{Kernel, Lanes, LanesOver, vectorize};
+use super::{Instructions, Kernel, Lanes, LanesOver, vectorize_with};
 use crate::{Dual, Mask, Real};
 
 const SPECIAL: [f32; 8] = [
@@ -31,8 +31,9 @@ macro_rules! for_all_lanes {
         }
         let check = |$($argument: $type),*| Check($($argument),*);
         check($($argument),*).run::<LanesOver<Array>>();
-        check($($argument),*).run::<Lanes>();
-        vectorize(check($($argument),*));
+        for instructions in [Instructions::Baseline, Instructions::Avx2, Instructions::Avx512] {
+            vectorize_with(instructions, check($($argument),*));
+        }
     }};
 }
 
@@ -70,7 +71,22 @@ fn check_lanes<L: Real<Element = f32>>(a: [f32; 8], b: [f32; 8]) {
     expect_lanes("neg", -x, |i| -a[i]);
     expect_lanes("min", x.min(y), |i| Real::min(a[i], b[i]));
     expect_lanes("max", x.max(y), |i| Real::max(a[i], b[i]));
+    expect_lanes("clamp", x.clamp(y, x), |i| Real::clamp(a[i], b[i], a[i]));
+    expect_lanes("clamp", x.clamp(x, y), |i| Real::clamp(a[i], a[i], b[i]));
     expect_lanes("mul_add", x.mul_add(y, x), |i| a[i] * b[i] + a[i]);
+    expect_lanes("mul_detached", x.mul_detached(y), |i| a[i] * b[i]);
+    expect_lanes("sin_cos", x.sin_cos().0, |i| a[i].sin());
+    expect_lanes("sin_cos", x.sin_cos().1, |i| a[i].cos());
+    macro_rules! assigning {
+        ($($operator:tt $with:tt),*) => {
+            $({
+                let mut result = x;
+                result $operator y;
+                expect_lanes(stringify!($operator), result, |i| a[i] $with b[i]);
+            })*
+        };
+    }
+    assigning!(+= +, -= -, *= *, /= /, %= %);
     expect_lanes("scale", x.scale(0.1), |i| a[i] * 0.1);
     expect_lanes("atan2", x.atan2(y), |i| a[i].atan2(b[i]));
     expect_lanes("powf", x.powf(1.5), |i| a[i].powf(1.5));
@@ -125,6 +141,46 @@ fn special_values() {
     }
 }
 
+/// What [`Real`] says of NaN and signed zeros.
+#[test]
+fn documented_special_cases() {
+    for_all_lanes!(check() {
+        let all = |value: f32| L::constant(f64::from(value));
+        let expect = |what, lanes: L, value: f32| expect_lanes(what, lanes, |_| value);
+        let (nan, one, zero) = (all(f32::NAN), L::one(), L::zero());
+        for mask in [nan.lt(one), nan.le(nan), nan.gt(one), nan.ge(one), one.le(nan)] {
+            assert!(!mask.any());
+        }
+        expect("select", L::select(nan.lt(one), one, zero), 0.0);
+        expect("min", one.min(nan), f32::NAN);
+        expect("min", nan.min(one), 1.0);
+        expect("max", nan.max(one), 1.0);
+        expect("clamp", nan.clamp(zero, one), 0.0);
+        expect("min", (-zero).min(zero), -0.0);
+        expect("max", (-zero).max(zero), -0.0);
+        expect("max", zero.max(-zero), 0.0);
+        expect("neg", -zero, -0.0);
+        expect("abs", (-zero).abs(), 0.0);
+        let minus_zero = -zero;
+        for (what, kept) in [
+            ("floor", minus_zero.floor()),
+            ("sqrt", minus_zero.sqrt()),
+            ("sin", minus_zero.sin()),
+            ("tan", minus_zero.tan()),
+            ("asin", minus_zero.asin()),
+            ("atan", minus_zero.atan()),
+            ("tanh", minus_zero.tanh()),
+        ] {
+            expect(what, kept, -0.0);
+        }
+        expect("recip", minus_zero.recip(), f32::NEG_INFINITY);
+        expect("sqrt", (-one).sqrt(), f32::NAN);
+        expect("ln", (-one).ln(), f32::NAN);
+        let tiny = f32::MIN_POSITIVE / 4.0;
+        expect("denormal", all(tiny) * all(0.5), tiny / 2.0);
+    });
+}
+
 #[test]
 fn floor_up_to_the_largest_integers() {
     let a = [
@@ -151,6 +207,9 @@ fn gather_and_constants() {
         expect_lanes("from_lanes", L::from_lanes(|lane| lane as f64), |i| i as f32);
         expect_lanes("constant", L::constant(0.1), |_| 0.1);
         expect_lanes("from_u64", L::from_u64(7).unwrap(), |_| 7.0);
+        expect_lanes("from_i64", L::from_i64(-7).unwrap(), |_| -7.0);
+        expect_lanes("from_f64", L::from_f64(0.1).unwrap(), |_| 0.1);
+        expect_lanes("one", L::one(), |_| 1.0);
         assert!(L::zero().is_zero() && !L::from_lanes(|lane| lane as f64).is_zero());
     });
 }

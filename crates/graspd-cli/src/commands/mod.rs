@@ -14,3 +14,4 @@ pub(crate) mod scan;
 pub(crate) mod sdf;
 pub(crate) mod subject;
 pub(crate) mod synth;
+pub(crate) mod view;

@@ -1,14 +1,15 @@
-//! `graspd reconstruct`: an RGB-D capture into a closed mesh.
+//! `graspd reconstruct`: an RGB-D capture or a point cloud into a closed mesh.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, bail};
 use clap::Args;
 use clap::builder::{NonEmptyStringValueParser, PossibleValuesParser};
 use graspd_geom::{
-    DepthIntrinsics, FusionSettings, PoissonSettings, ReconstructionSettings, Registration,
-    RgbdCapture, align_to_mesh, fuse, read_capture, reconstruct, save_mesh, signed_volume,
+    DepthIntrinsics, FusedView, FusionSettings, Plane, PointCloud, PoissonSettings,
+    ReconstructionSettings, Registration, align_to_mesh, fuse, load_point_cloud, read_capture,
+    reconstruct, require_mesh_format, save_mesh, signed_volume,
 };
 use nalgebra::{Isometry3, Vector3};
 
@@ -19,13 +20,13 @@ use crate::console::{print, print_json, warn};
 
 #[derive(Args)]
 pub(crate) struct Arguments {
-    /// Folder of a capture: YCB's layout (as `graspd scan` writes it), or depth.png with camera.json
+    /// Folder of a capture: YCB's layout (as `graspd scan` writes it), or depth.png with camera.json; or a point cloud: .ply
     capture: PathBuf,
-    /// Mesh to write: .obj .stl .off
+    /// Mesh to write: .obj .stl .ply .off
     #[arg(short, long, value_name = "MESH")]
     output: PathBuf,
     /// Depth of the Poisson reconstruction's octree, 2 to 13: cells of the longest side / 2^depth
-    #[arg(long, default_value_t = 5)]
+    #[arg(long, default_value_t = ReconstructionSettings::default().poisson.depth)]
     depth: u32,
     /// How many views of a YCB capture, a multiple of 3 (those that were rendered, or else 15)
     #[arg(long)]
@@ -56,42 +57,45 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     on_threads(arguments.threads, || build(arguments))?
 }
 
+/// What is to be reconstructed.
+struct Seen {
+    cloud: PointCloud,
+    /// Before averaging and without the strays.
+    raw_points: usize,
+    /// None of a point cloud.
+    views: Vec<FusedView>,
+    missing: Vec<String>,
+    /// What the object stands on, in the cloud's frame, if that is known.
+    table: Option<Plane>,
+    /// From the cloud's frame to the scanned object's, if that is known.
+    object_from_cloud: Option<Isometry3<f64>>,
+}
+
 fn build(arguments: &Arguments) -> Result<()> {
     let quiet = arguments.quiet;
     let label = arguments.capture.display().to_string();
-    let views = arguments.views.map(spread_views).transpose()?;
     let poisson = PoissonSettings {
         depth: arguments.depth,
         ..PoissonSettings::default()
     };
     poisson.validate()?;
+    require_mesh_format(&arguments.output)?;
     prepare_file(&arguments.output, "-o")?;
     let started = Instant::now();
-    let intrinsics = match arguments.intrinsics.as_str() {
-        "depth" => DepthIntrinsics::Depth,
-        _ => DepthIntrinsics::Infrared,
+    let seen = if arguments.capture.is_file() {
+        stored_cloud(arguments, &arguments.capture)?
+    } else {
+        captured(arguments, &label)?
     };
-    let capture = read_capture(&arguments.capture, views.as_ref(), intrinsics)?;
-    if !capture.missing.is_empty() {
-        let (missing, used) = (capture.missing.len(), capture.views.len());
-        warn(
-            quiet,
-            &format!(
-                "{label}: {missing} of {} views are missing and left out: {}",
-                missing + used,
-                capture.missing.join(", ")
-            ),
-        );
-    }
-    let fused = fuse(&capture, &FusionSettings::default()).with_context(|| label.clone())?;
     let settings = ReconstructionSettings {
         poisson,
         trim: arguments.trim,
         ..ReconstructionSettings::default()
     };
-    let result = reconstruct(&fused.cloud, &settings, &label).with_context(|| label.clone())?;
-    let aligned = align(arguments, &capture, &fused.cloud)?;
-    let (motion, frame) = frame_of(&capture, aligned.as_ref());
+    let result = reconstruct(&seen.cloud, seen.table.as_ref(), &settings, &label)
+        .with_context(|| label.clone())?;
+    let aligned = align(arguments, &seen)?;
+    let (motion, frame) = frame_of(&seen, aligned.as_ref());
     let mesh = result.mesh.transformed(&motion);
     let (low, high) = mesh.bounds().context("the mesh has no vertices")?;
     let sides = high - low;
@@ -103,7 +107,7 @@ fn build(arguments: &Arguments) -> Result<()> {
     let seconds = started.elapsed().as_secs_f64();
     let volume_cm3 = 1e6 * signed_volume(&mesh);
     if arguments.json {
-        let views: Vec<_> = (fused.views.iter())
+        let views: Vec<_> = (seen.views.iter())
             .map(|view| {
                 serde_json::json!({
                     "name": view.name,
@@ -114,9 +118,9 @@ fn build(arguments: &Arguments) -> Result<()> {
         return print_json(&serde_json::json!({
             "file": arguments.output.to_string_lossy(),
             "views": views,
-            "missing": capture.missing,
-            "points": fused.raw_points,
-            "points_fused": fused.cloud.points.len(),
+            "missing": seen.missing,
+            "points": seen.raw_points,
+            "points_fused": seen.cloud.points.len(),
             "depth": arguments.depth,
             "trimmed_area_fraction": result.trimmed,
             "repair": result.repair.summary(),
@@ -128,21 +132,21 @@ fn build(arguments: &Arguments) -> Result<()> {
             "seconds": seconds,
         }));
     }
-    let missing = match capture.missing.len() {
-        0 => String::new(),
-        missing => format!(" ({missing} missing)"),
+    let source = match (seen.views.len(), seen.missing.len()) {
+        (0, _) => String::new(),
+        (used, 0) => format!("{used} views and "),
+        (used, missing) => format!("{used} views ({missing} missing) and "),
     };
     let alignment = aligned.map_or_else(String::new, |a| {
         format!(", {:.2} mm RMS from it", 1000.0 * a.rms)
     });
     print(&format!(
-        "{}: {} faces from {} views{missing} and {} points in {seconds:.1} s\n\
+        "{}: {} faces from {source}{} points in {seconds:.1} s\n\
          {:.1} x {:.1} x {:.1} mm, {volume_cm3:.1} cm3, in the frame of {frame}{alignment}\n\
          {:.0} % of the surface was not seen and closed: {}\n",
         arguments.output.display(),
         mesh.faces.len(),
-        capture.views.len(),
-        fused.raw_points,
+        seen.raw_points,
         1000.0 * sides.x,
         1000.0 * sides.y,
         1000.0 * sides.z,
@@ -151,27 +155,83 @@ fn build(arguments: &Arguments) -> Result<()> {
     ))
 }
 
+/// The cloud of a capture.
+fn captured(arguments: &Arguments, label: &str) -> Result<Seen> {
+    let views = arguments.views.map(spread_views).transpose()?;
+    let intrinsics = match arguments.intrinsics.as_str() {
+        "depth" => DepthIntrinsics::Depth,
+        _ => DepthIntrinsics::Infrared,
+    };
+    let capture = read_capture(&arguments.capture, views.as_ref(), intrinsics)?;
+    if !capture.missing.is_empty() {
+        let (missing, used) = (capture.missing.len(), capture.views.len());
+        let list = capture.missing.join(", ");
+        let text = format!(
+            "{label}: {missing} of {} views are missing and left out: {list}",
+            missing + used
+        );
+        warn(arguments.quiet, &text);
+    }
+    let fused = fuse(&capture, &FusionSettings::default()).with_context(|| label.to_owned())?;
+    Ok(Seen {
+        cloud: fused.cloud,
+        raw_points: fused.raw_points,
+        views: fused.views,
+        missing: capture.missing,
+        table: fused.table,
+        object_from_cloud: capture.object_from_world,
+    })
+}
+
+/// A cloud from a file, as it is if it has normals; else thinned and without strays, as one that was captured.
+fn stored_cloud(arguments: &Arguments, path: &Path) -> Result<Seen> {
+    let label = path.display().to_string();
+    let is_ply = (path.extension()).is_some_and(|extension| extension.eq_ignore_ascii_case("ply"));
+    if !is_ply {
+        bail!(
+            "{label}: this is a file, but no point cloud; give a .ply, or the folder of a capture"
+        );
+    }
+    if arguments.views.is_some() {
+        bail!("{label}: a point cloud has no views; leave out --views");
+    }
+    let mut cloud = load_point_cloud(path)?;
+    cloud.require_points().with_context(|| label.clone())?;
+    let raw_points = cloud.points.len();
+    if cloud.normals.is_empty() {
+        let fusion = FusionSettings::default();
+        let without = |cloud: &PointCloud| {
+            let mut thinned =
+                (cloud.thinned(fusion.cell)?).without_outliers(16, fusion.outlier_deviations);
+            thinned.estimate_normals(fusion.neighbours)?;
+            Ok::<PointCloud, graspd_geom::GeometryError>(thinned)
+        };
+        cloud = without(&cloud).with_context(|| label.clone())?;
+    }
+    Ok(Seen {
+        cloud,
+        raw_points,
+        views: Vec::new(),
+        missing: Vec::new(),
+        table: None,
+        object_from_cloud: None,
+    })
+}
+
 /// The registration that `--align-to` asks for.
-fn align(
-    arguments: &Arguments,
-    capture: &RgbdCapture,
-    cloud: &graspd_geom::PointCloud,
-) -> Result<Option<Registration>> {
+fn align(arguments: &Arguments, seen: &Seen) -> Result<Option<Registration>> {
     let Some(name) = &arguments.align_to else {
         return Ok(None);
     };
     let target = load_object(name, 1.0, &arguments.repair, arguments.quiet)?;
-    let up = capture.table.map_or(Vector3::z(), |table| table.normal);
-    let found = align_to_mesh(cloud, &up, &target.mesh).with_context(|| name.clone())?;
+    let up = seen.table.map_or(Vector3::z(), |table| table.normal);
+    let found = align_to_mesh(&seen.cloud, &up, &target.mesh).with_context(|| name.clone())?;
     Ok(Some(found))
 }
 
-/// From the capture's frame to the result's, and what that is called.
-fn frame_of(
-    capture: &RgbdCapture,
-    aligned: Option<&Registration>,
-) -> (Isometry3<f64>, &'static str) {
-    match (aligned, capture.object_from_world) {
+/// From the cloud's frame to the result's, and what that is called.
+fn frame_of(seen: &Seen, aligned: Option<&Registration>) -> (Isometry3<f64>, &'static str) {
+    match (aligned, seen.object_from_cloud) {
         (Some(found), _) => (found.motion, "the mesh aligned to"),
         (None, Some(motion)) => (motion, "the scanned mesh"),
         (None, None) => (Isometry3::identity(), "the capture"),

@@ -15,7 +15,7 @@ use crate::progress::Progress;
 
 #[derive(Args)]
 pub(crate) struct Arguments {
-    /// Built-in object (see `graspd objects`) or a closed mesh: .obj .stl .ply .off .dae; it stands with z up
+    /// Built-in object (see `graspd objects`) or a mesh: .obj .stl .ply .off .glb .gltf .dae; it stands with z up
     #[arg(value_parser = NonEmptyStringValueParser::new())]
     object: String,
     /// Output folder, in the layout of the YCB captures

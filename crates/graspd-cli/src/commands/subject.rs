@@ -13,6 +13,9 @@ use crate::console::warn;
 /// limits as soft.
 const LIMIT_TOLERANCE: f64 = 0.1;
 
+/// Each scale of an object is an object of its own, decomposed and kept in memory.
+const MOST_SCALES: usize = 32;
+
 /// The hand that is asked for, or else that the records name.
 pub(crate) fn hand_of(
     records: &[GraspRecord],
@@ -117,32 +120,46 @@ fn joint_beyond_limits(record: &GraspRecord, pose: &HandPose, hand: &dyn Hand) -
     ))
 }
 
-/// The object that is asked for, or else that the records name.
-pub(crate) fn object_of(
+/// The object that is asked for, or else that the records name, at each of the records' scales (or the one asked for).
+pub(crate) fn objects_of(
     records: &[GraspRecord],
     file: &Path,
     asked: Option<&str>,
     scale: Option<f64>,
     repair: &RepairChoice,
     quiet: bool,
-) -> Result<NamedMesh> {
-    let scale = match scale {
-        Some(scale) => scale,
-        None => common(file, records, "scale", |record| record.object_scale)?,
-    };
+) -> Result<Vec<NamedMesh>> {
+    let mut scales: Vec<f64> = Vec::new();
+    for record in records {
+        let scale = scale.unwrap_or(record.object_scale);
+        if !scales.contains(&scale) {
+            scales.push(scale);
+        }
+    }
+    if scales.len() > MOST_SCALES {
+        bail!(
+            "{}: the grasps are for {} scales of the object, more than {MOST_SCALES}; evaluate them in parts, or set --scale",
+            file.display(),
+            scales.len()
+        );
+    }
+    let at = |name: &str, scale: f64| load_object(name, scale, repair, quiet);
     if let Some(asked) = asked {
-        return load_object(asked, scale, repair, quiet);
+        return scales.iter().map(|&scale| at(asked, scale)).collect();
     }
     let name = common(file, records, "object", |record| {
         let path = record.object_path.as_ref();
         path.unwrap_or(&record.object).clone()
     })?;
-    load_object(&name, scale, repair, quiet).with_context(|| {
-        format!(
-            "{}: cannot load the object of these grasps; name its mesh with --object",
-            file.display()
-        )
-    })
+    let load = |&scale: &f64| {
+        at(&name, scale).with_context(|| {
+            format!(
+                "{}: cannot load the object of these grasps; name its mesh with --object",
+                file.display()
+            )
+        })
+    };
+    scales.iter().map(load).collect()
 }
 
 /// What all records agree on.

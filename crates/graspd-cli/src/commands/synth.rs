@@ -10,11 +10,12 @@ use anyhow::{Result, bail};
 use clap::Args;
 use clap::builder::{NonEmptyStringValueParser, PossibleValuesParser};
 use graspd::{
-    ExecutionSettings, Grasp, GraspObject, GraspRecord, PAPER_PADDING, PAPER_RESOLUTION, PRESETS,
-    RunObserver, RunSettings, SCHEMA, Summary, SynthesisSettings, synthesize_grasps,
+    Diversity, ExecutionSettings, Grasp, GraspObject, GraspRecord, MethodPart, PAPER_PADDING,
+    PAPER_RESOLUTION, PRESETS, RunObserver, RunSettings, SCHEMA, Summary, SynthesisSettings,
+    diverse, pose_distances, pressing_contacts, synthesize_grasps,
 };
 use graspd_eval::EvaluationSettings;
-use graspd_hand::{Hand, LoadOptions};
+use graspd_hand::{Hand, HandPose, LoadOptions};
 use serde::Serialize;
 
 use super::cache::CacheChoice;
@@ -27,6 +28,7 @@ use super::output::{
     write_results, write_run, write_trajectories,
 };
 use super::repair::RepairOutcome;
+use super::view::pictures;
 use crate::console::{print, print_json};
 use crate::progress::Progress;
 use crate::table::grasps_table;
@@ -54,6 +56,9 @@ pub(crate) struct Arguments {
     /// Keep only the K best grasps (all by default)
     #[arg(long, value_name = "K")]
     top_k: Option<usize>,
+    /// Keep K grasps that hold and are as different as possible instead: the best, and then those farthest from the others
+    #[arg(long, requires = "top_k")]
+    diverse: bool,
     /// Seed of the starts
     // TOML, and so run.toml, has no larger integers.
     #[arg(long, default_value_t = 0, value_parser = clap::value_parser!(u64).range(..=i64::MAX as u64))]
@@ -64,6 +69,13 @@ pub(crate) struct Arguments {
     /// Steps of the simulation for each grasp (the preset's number by default); schedules stretch along
     #[arg(long)]
     steps: Option<usize>,
+    /// Leave out a part of the method, as ablation studies do (may be repeated): coarse-to-fine, leaky-gradient,
+    /// relaxation (the task constraint is on the real contact forces) or mdmm (a fixed penalty instead)
+    #[arg(long, value_name = "PART")]
+    without: Vec<MethodPart>,
+    /// Settings that differ from the preset's: a TOML file, names as in run.toml under [settings]
+    #[arg(long, value_name = "FILE.toml")]
+    config: Option<PathBuf>,
     /// Samples of the distance grid along each axis
     #[arg(long, default_value_t = PAPER_RESOLUTION)]
     resolution: usize,
@@ -116,6 +128,12 @@ fn synthesize(arguments: &Arguments) -> Result<()> {
         bail!("--top-k is 0; it must be at least 1 (leave it out to keep all grasps)");
     }
     let mut settings = SynthesisSettings::preset(&arguments.preset)?;
+    if let Some(file) = &arguments.config {
+        settings = settings.with_overrides_from(file)?;
+    }
+    for part in &arguments.without {
+        settings = settings.without(*part);
+    }
     if let Some(steps) = arguments.steps {
         settings = settings.with_steps(steps);
     }
@@ -153,9 +171,14 @@ fn synthesize(arguments: &Arguments) -> Result<()> {
     CacheChoice::tell_fault(cache.as_ref(), quiet);
 
     let all: Vec<GraspRecord> = grasps.iter().map(|g| g.record.clone()).collect();
-    let summary = Summary::of(&all);
-    grasps.truncate(arguments.top_k.unwrap_or(usize::MAX));
-    let records = &all[..grasps.len()];
+    let mut summary = Summary::of(&all);
+    if let Some(count) = arguments.top_k {
+        keep(&mut grasps, hand.as_ref(), count, arguments.diverse);
+    }
+    let poses: Vec<&HandPose> = grasps.iter().map(|grasp| &grasp.pose).collect();
+    summary.diversity = Diversity::of(&pose_distances(hand.as_ref(), &poses));
+    let records: Vec<GraspRecord> = grasps.iter().map(|g| g.record.clone()).collect();
+    let records = &records[..];
 
     remove_leftovers(&arguments.output)?;
     write(
@@ -195,6 +218,20 @@ fn synthesize(arguments: &Arguments) -> Result<()> {
         text += &format!("picture of the best grasp: {}\n", file.display());
     }
     print(&text)
+}
+
+/// Keeps `count` of the ranked grasps: the best, or a spread of those that hold.
+fn keep(grasps: &mut Vec<Grasp>, hand: &dyn Hand, count: usize, is_spread: bool) {
+    if !is_spread {
+        grasps.truncate(count);
+        return;
+    }
+    let poses: Vec<&HandPose> = grasps.iter().map(|grasp| &grasp.pose).collect();
+    let distances = pose_distances(hand, &poses);
+    let records: Vec<GraspRecord> = grasps.iter().map(|grasp| grasp.record.clone()).collect();
+    let chosen = diverse(&records, &distances, count);
+    let mut number = 0..;
+    grasps.retain(|_| number.next().is_some_and(|number| chosen.contains(&number)));
 }
 
 /// What `--json` prints.
@@ -321,8 +358,17 @@ fn write_picture(
     grasps: &[Grasp],
 ) -> Result<()> {
     if let Some(best) = grasps.first() {
-        graspd_view::render_hand_pose(&object.source.mesh, hand, &best.pose, &[], PICTURE_PANEL)?
-            .write_png(file)?;
+        let squeeze_force = best.record.squeeze.as_ref().and_then(|s| s.force_n);
+        let contacts = pressing_contacts(
+            hand,
+            &object.distance,
+            &best.pose,
+            squeeze_force.unwrap_or_default(),
+        );
+        let mesh = &object.source.mesh;
+        let marks = pictures::marks(&contacts);
+        let views = graspd_view::render_hand_pose(mesh, hand, &best.pose, &marks, PICTURE_PANEL)?;
+        graspd_view::captioned(&views, &pictures::caption(&best.record))?.write_png(file)?;
     }
     Ok(())
 }

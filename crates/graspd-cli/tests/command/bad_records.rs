@@ -152,8 +152,9 @@ fn another_object() {
     );
     let two = format!("{}\n{}", line(&[]), line(&[("object", json!("can"))]));
     refused(&two, &[], &["more than one object", "mug, can", "--object"]);
-    let scales = format!("{}\n{}", line(&[]), line(&[("object_scale", json!(0.5))]));
-    refused(&scales, &[], &["more than one scale", "--scale"]);
+    let scales = (0..40).map(|k| line(&[("object_scale", json!(1.0 + 0.01 * f64::from(k)))]));
+    let scales: Vec<_> = scales.collect();
+    refused(&scales.join("\n"), &[], &["40 scales", "--scale"]);
     let zero = line(&[("object_scale", json!(0))]);
     refused(&zero, &[], &["`scale` is 0", "positive"]);
 

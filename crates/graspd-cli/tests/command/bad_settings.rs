@@ -47,6 +47,27 @@ fn values_out_of_range_name_the_setting_and_what_it_must_be() {
 }
 
 #[test]
+fn a_file_of_settings_is_checked_before_the_work() {
+    let folder = tempdir().unwrap();
+    let (file, run) = (folder.path().join("quick.toml"), folder.path().join("run"));
+    for (content, part) in [
+        ("", ""),
+        ("pace = 3", "`pace`"),
+        ("steps = -3", "quick.toml"),
+        ("steps 3", "line 1"),
+        ("task_limit = -1.0", "`task_limit`"),
+        ("[conformity]\ncandidates = 0", "`conformity.candidates`"),
+    ] {
+        if !content.is_empty() {
+            std::fs::write(&file, content).unwrap();
+        }
+        let synth = graspd(["synth", "-o", text(&run), "--config", text(&file)]);
+        synth.fails_at_once(&[part]);
+        assert!(!run.exists());
+    }
+}
+
+#[test]
 fn wrong_usage_has_its_own_status() {
     for (arguments, part) in [
         (&[][..], "Usage: graspd"),
@@ -65,6 +86,8 @@ fn wrong_usage_has_its_own_status() {
             &["synth", "--seed", "9223372036854775808"],
             "9223372036854775808",
         ),
+        (&["synth", "--without", "luck"], "leaky-gradient"),
+        (&["synth", "--diverse"], "--top-k"),
         (&["eval"], "GRASPS"),
         (
             &["eval", "run", "--metrics", "ca,beauty"],

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use serde_json::Value;
 use tempfile::tempdir;
 
-use crate::outcome::{graspd, text};
+use crate::outcome::{command, graspd, outcome, text};
 
 fn synth(folder: &Path, name: &str, object: &str, flags: &[&str]) -> PathBuf {
     let output = folder.join(name);
@@ -58,6 +58,29 @@ fn the_number_of_threads_changes_nothing() {
     assert_eq!(format!("{serial:?}"), format!("{parallel:?}"));
     assert_eq!(other_files(&one).len(), 5);
     assert!(other_files(&one) == other_files(&two));
+}
+
+/// Records of the built-in mug made with these vector instructions.
+fn with_instructions(folder: &Path, name: &str) -> Vec<Value> {
+    let output = folder.join(name);
+    let mut synth = command(["synth", "mug", "-n", "2", "--hand", "human", "-q"]);
+    synth.args(["--steps", "60", "--resolution", "48", "--no-cache", "-o"]);
+    synth.arg(&output).env("GRASPD_INSTRUCTIONS", name);
+    outcome(synth.output().unwrap()).succeeds();
+    records(&output)
+}
+
+#[test]
+fn vector_instructions_change_nothing() {
+    let folder = tempdir().unwrap();
+    let names = ["baseline", "avx2", "avx512"];
+    let [baseline, avx2, avx512] = names.map(|name| with_instructions(folder.path(), name));
+    assert_eq!(format!("{baseline:?}"), format!("{avx2:?}"));
+    assert_eq!(format!("{baseline:?}"), format!("{avx512:?}"));
+
+    let mut unknown = command(["objects"]);
+    let unknown = unknown.env("GRASPD_INSTRUCTIONS", "sse9").output().unwrap();
+    outcome(unknown).fails_at_once(&["GRASPD_INSTRUCTIONS", "sse9", "avx2"]);
 }
 
 #[test]

@@ -111,13 +111,14 @@ fn metrics_not_asked_for_are_null() {
     for (name, value) in metrics {
         let asked = [
             "contact_area_cm2",
+            "contact_area_voxel_count_cm2",
             "interpenetration_volume_cm3",
             "ca_over_iv",
         ]
         .contains(&name.as_str());
         assert_eq!(value.is_number(), asked, "{name}: {value}");
     }
-    assert_eq!(metrics.len(), 15);
+    assert_eq!(metrics.len(), 17);
     // No displacement, no new ranks.
     assert_eq!(grasp["rank"], 4);
     assert!(judged["summary"]["all"]["sim_displacement_cm"].is_null());

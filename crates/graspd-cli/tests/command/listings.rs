@@ -110,6 +110,10 @@ fn every_command_explains_its_flags() {
             "sdf",
             "OBJECT --resolution --padding -o --scale --threads --json --quiet",
         ),
+        (
+            "view",
+            "GRASPS --output --png --strip --grasp --count --columns --object --hand --no-repair",
+        ),
         ("gws", "WRENCHES --per-contact --volume-accuracy --json"),
         ("hands", "inspect --json"),
         ("objects", "--json"),

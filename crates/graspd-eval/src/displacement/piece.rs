@@ -65,8 +65,7 @@ impl ConvexPiece {
     }
 
     /// Whether `point` lies inside, or outside no face by more than `tolerance` \[m\].
-    #[cfg(test)]
-    pub(super) fn contains(&self, point: &Point3<f64>, tolerance: f64) -> bool {
+    pub fn contains(&self, point: &Point3<f64>, tolerance: f64) -> bool {
         self.planes()
             .all(|(normal, offset)| normal.dot(&point.coords) <= offset + tolerance)
     }

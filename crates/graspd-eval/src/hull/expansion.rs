@@ -10,12 +10,15 @@ use super::hyperplane::dot;
 use super::polytope::{Polytope, Stop};
 use super::predicates::Predicates;
 
+/// The origin is well inside once the nearest facet is this part of the upper bound away.
+const WELL_INSIDE: f64 = 0.1;
+
 /// A facet in the queue: the least deep first.
-struct Queued {
+pub(super) struct Queued {
     /// Signed distance of the origin below the facet, in the working frame.
-    depth: f64,
-    slot: u32,
-    birth: u32,
+    pub(super) depth: f64,
+    pub(super) slot: u32,
+    pub(super) birth: u32,
 }
 
 impl Ord for Queued {
@@ -45,6 +48,17 @@ pub(super) struct Expansion<const D: usize> {
     /// Bounds on the depth of the origin, in input units.
     pub(super) bounds: DepthBounds,
     pub(super) polytope: Polytope<D>,
+    /// Whether it ended since the origin was well inside, rather than with the best bounds.
+    pub(super) is_begun: bool,
+}
+
+/// When an expansion ends.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Goal {
+    /// With the best bounds.
+    Bounds,
+    /// As soon as the origin is well inside.
+    OriginInside,
 }
 
 /// Expands the simplex at its facet nearest to the origin, by the point of the body that lies farthest beyond that
@@ -53,13 +67,14 @@ pub(super) struct Expansion<const D: usize> {
 /// The polytope lies within the body, so its nearest facet bounds the depth from below. A hyperplane beyond
 /// which no point lies holds the body on one side, so its distance bounds the depth from above. A negative
 /// upper bound ends the search: a hyperplane separates the origin from the body. So does a polytope of more than
-/// `most_facets`, with the bounds reached by then.
+/// `most_facets`, with the bounds reached by then, and the goal of having the origin inside.
 pub(super) fn expand<const D: usize>(
     frame: &mut Frame<D>,
     body: &impl Body<D>,
     simplex: &[u32],
     relative_gap: f64,
     most_facets: usize,
+    goal: Goal,
 ) -> Result<Expansion<D>, Stop> {
     let mut polytope = Polytope::simplex(frame, simplex, most_facets)?;
     let mut is_vertex = vec![false; frame.points.len()];
@@ -68,6 +83,7 @@ pub(super) fn expand<const D: usize>(
     }
     let mut queue = BinaryHeap::new();
     let mut upper = f64::INFINITY;
+    let mut is_begun = false;
     let lower = loop {
         for &slot in &polytope.fresh {
             let facet = polytope.facet(slot);
@@ -89,6 +105,10 @@ pub(super) fn expand<const D: usize>(
         if is_final || upper < 0.0 || upper - nearest.depth <= relative_gap * upper {
             break nearest.depth;
         }
+        if goal == Goal::OriginInside && nearest.depth > WELL_INSIDE * upper {
+            is_begun = true;
+            break nearest.depth;
+        }
         is_vertex.resize(frame.points.len(), false);
         if std::mem::replace(&mut is_vertex[point as usize], true) {
             return Err(Stop::Contradiction);
@@ -103,7 +123,11 @@ pub(super) fn expand<const D: usize>(
         lower: lower * frame.scale,
         upper: upper * frame.scale,
     };
-    Ok(Expansion { bounds, polytope })
+    Ok(Expansion {
+        bounds,
+        polytope,
+        is_begun,
+    })
 }
 
 /// The first of the queue that has not given way since.

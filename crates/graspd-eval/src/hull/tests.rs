@@ -261,6 +261,57 @@ fn a_search_cut_short_still_brackets_the_depth() {
     assert!(last < 0.1 * depth, "{last}");
 }
 
+/// What the frontier finds, if rounding does not stop it, and what the whole polytope does.
+fn depth_both_ways<const D: usize>(points: &[[f64; D]]) -> Option<[DepthBounds; 2]> {
+    let Start::Full { mut frame, simplex } = Frame::start(points).expect("finite points") else {
+        return None;
+    };
+    let body = PointSet::new(&frame.points);
+    let search = DepthSearch::default();
+    let by_frontier = depth_by_frontier(&mut frame, &body, &simplex, &search)?;
+    let most = search.most_facets;
+    let whole = expansion::expand(&mut frame, &body, &simplex, 0.0, most, Goal::Bounds).ok()?;
+    Some([by_frontier, whole.bounds])
+}
+
+#[test]
+fn the_facets_that_may_be_nearest_suffice() {
+    fn check<const D: usize>(points: &[[f64; D]], what: &str) -> bool {
+        let Some([frontier, whole]) = depth_both_ways(points) else {
+            return false;
+        };
+        let is_same = |a: f64, b: f64| (a - b).abs() < 1e-9;
+        assert!(
+            is_same(frontier.lower, whole.lower) && is_same(frontier.upper, whole.upper),
+            "{what}: {frontier:?} {whole:?}"
+        );
+        true
+    }
+    let mut noise = noise_source();
+    let mut sound = 0;
+    for round in 0..40 {
+        let count = 10 + 3 * round;
+        let cloud = (0..count).map(|_| std::array::from_fn(|_| noise()));
+        sound += usize::from(check::<4>(&cloud.collect::<Vec<_>>(), "cloud"));
+        let contacts: Vec<_> = (0..5 + round / 2)
+            .map(|_| {
+                let direction = Vector3::new(noise(), noise(), noise()).normalize();
+                Contact {
+                    point: Point3::from(direction.component_mul(&Vector3::new(1.0, 0.8, 0.6))),
+                    normal: -direction,
+                }
+            })
+            .collect();
+        let wrenches = grasp_wrenches(&contacts, 0.8, 8, Point3::origin(), 1.0);
+        sound += usize::from(check(&wrenches, "wrenches"));
+    }
+    // It is a rare set of points in general position that rounding gets the better of.
+    assert!(sound > 70, "{sound}");
+    // Many facets meet in the corners of lattices' polar polytopes: other ways must do, or agree.
+    check::<3>(&lattice(&[-1.0, 0.0, 1.0]), "lattice");
+    check::<4>(&noisy_lattice(1e-13), "noisy lattice");
+}
+
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(64))]
 

@@ -12,7 +12,7 @@ mod stl;
 
 use std::path::Path;
 
-use crate::{GeometryError, TriangleMesh};
+use crate::{GeometryError, PointCloud, TriangleMesh};
 
 pub(crate) use assemble::parse_error;
 pub use save::{require_mesh_format, save_mesh, save_obj, save_off, save_ply, save_stl};
@@ -53,6 +53,20 @@ pub fn parse_mesh(bytes: &[u8], name: impl AsRef<Path>) -> Result<TriangleMesh, 
         return Err(GeometryError::Empty { path: path.into() });
     }
     read(bytes, path)
+}
+
+/// Reads a point cloud from a PLY file, binary or text: the element `vertex`, with normals if it has nx, ny and nz. Coordinates
+/// are taken as they are, in metres by convention; faces are ignored.
+///
+/// # Errors
+/// Another extension, or whatever is wrong with the file, as a [`GeometryError`] that names it.
+/// [`PointCloud::require_points`] tells whether the points can be those of an object.
+pub fn load_point_cloud(path: impl AsRef<Path>) -> Result<PointCloud, GeometryError> {
+    let path = path.as_ref();
+    if extension(path) != "ply" {
+        return Err(unsupported(path, ".ply"));
+    }
+    ply::read_cloud(&file_bytes(path)?, path)
 }
 
 type Reader = fn(&[u8], &Path) -> Result<TriangleMesh, GeometryError>;

@@ -9,44 +9,75 @@ use ply_rs_bw::ply::{
 };
 
 use super::assemble::{Assembly, parse_error};
-use crate::{GeometryError, TriangleMesh};
+use crate::{GeometryError, PointCloud, TriangleMesh};
 
 /// Reads the elements `vertex` (properties x, y, z) and `face` (list `vertex_indices` or `vertex_index`).
 pub(super) fn read(bytes: &[u8], path: &Path) -> Result<TriangleMesh, GeometryError> {
-    let mut reader = Reader::new(bytes);
-    let header = Parser::<Ignored>::new()
-        .read_header(&mut reader)
-        .map_err(|e| flattened(path, &e))?;
+    let contents = Contents::of(bytes, path)?;
     let mut assembly = Assembly::new(path, 0);
-    for (_, element) in &header.elements {
-        check_size(element, &header, reader.get_ref().len())
-            .map_err(|fault| parse_error(path, None, fault))?;
-        let failed = |e: ParseError| flattened(path, &e);
-        match element.name.as_str() {
-            "vertex" => {
-                for vertex in Parser::<Vertex>::new()
-                    .read_payload_for_element(&mut reader, element, &header)
-                    .map_err(failed)?
-                {
-                    assembly.push_vertex(vertex.0, None)?;
-                }
-            }
-            "face" => {
-                for face in Parser::<Face>::new()
-                    .read_payload_for_element(&mut reader, element, &header)
-                    .map_err(failed)?
-                {
-                    assembly.push_polygon(face.0, None);
-                }
-            }
-            _ => {
-                Parser::<Ignored>::new()
-                    .read_payload_for_element(&mut reader, element, &header)
-                    .map_err(failed)?;
-            }
-        }
+    for vertex in contents.vertices {
+        assembly.push_vertex(vertex.position, None)?;
+    }
+    for face in contents.faces {
+        assembly.push_polygon(face.0, None);
     }
     assembly.finish()
+}
+
+/// Reads the element `vertex` as points, with their normals if it has nx, ny and nz. Faces do not matter.
+pub(super) fn read_cloud(bytes: &[u8], path: &Path) -> Result<PointCloud, GeometryError> {
+    let contents = Contents::of(bytes, path)?;
+    let mut cloud = PointCloud::default();
+    for vertex in &contents.vertices {
+        cloud.points.push(vertex.position.into());
+        if contents.has_normals {
+            cloud.normals.push(vertex.normal.into());
+        }
+    }
+    Ok(cloud)
+}
+
+/// What a file holds that is not ignored.
+#[derive(Default)]
+struct Contents {
+    vertices: Vec<Vertex>,
+    has_normals: bool,
+    faces: Vec<Face>,
+}
+
+impl Contents {
+    fn of(bytes: &[u8], path: &Path) -> Result<Self, GeometryError> {
+        let mut reader = Reader::new(bytes);
+        let header = Parser::<Ignored>::new()
+            .read_header(&mut reader)
+            .map_err(|e| flattened(path, &e))?;
+        let mut contents = Self::default();
+        for (_, element) in &header.elements {
+            check_size(element, &header, reader.get_ref().len())
+                .map_err(|fault| parse_error(path, None, fault))?;
+            let failed = |e: ParseError| flattened(path, &e);
+            match element.name.as_str() {
+                "vertex" => {
+                    let has = |name: &&str| element.properties.contains_key(&(*name).to_owned());
+                    contents.has_normals = ["nx", "ny", "nz"].iter().all(has);
+                    contents.vertices = Parser::new()
+                        .read_payload_for_element(&mut reader, element, &header)
+                        .map_err(failed)?;
+                }
+                "face" => {
+                    contents.faces = Parser::new()
+                        .read_payload_for_element(&mut reader, element, &header)
+                        .map_err(failed)?;
+                }
+                _ => {
+                    Parser::<Ignored>::new()
+                        .read_payload_for_element(&mut reader, element, &header)
+                        .map_err(failed)?;
+                }
+            }
+        }
+        Ok(contents)
+    }
 }
 
 /// Whether the rest of the file can hold as many elements as the header promises, and has what a mesh needs.
@@ -99,20 +130,29 @@ fn flattened(path: &Path, error: &ParseError) -> GeometryError {
     parse_error(path, None, format!("not a valid PLY file: {fault}"))
 }
 
-struct Vertex([f64; 3]);
+struct Vertex {
+    position: [f64; 3],
+    normal: [f64; 3],
+}
 
 impl PropertyAccess for Vertex {
     fn new() -> Self {
-        Self([0.0; 3])
+        Self {
+            position: [0.0; 3],
+            normal: [0.0; 3],
+        }
     }
     fn set_property(&mut self, name: &str, property: Property) -> PropertyAccessResult {
-        let axis = match name {
-            "x" => 0,
-            "y" => 1,
-            "z" => 2,
+        let value = match name {
+            "x" => &mut self.position[0],
+            "y" => &mut self.position[1],
+            "z" => &mut self.position[2],
+            "nx" => &mut self.normal[0],
+            "ny" => &mut self.normal[1],
+            "nz" => &mut self.normal[2],
             _ => return PropertyAccessResult::Ignored,
         };
-        self.0[axis] = match property {
+        *value = match property {
             Property::Char(value) => value.into(),
             Property::UChar(value) => value.into(),
             Property::Short(value) => value.into(),

@@ -28,9 +28,9 @@ impl PointCloud {
         self.selected(&kept)
     }
 
-    /// One point for each cube of side `cell` \[m\] with points: their mean, with their mean direction as normal (zero
-    /// where they cancel). In the order of the cubes, so that the order of the points does not matter but
-    /// for rounding.
+    /// One point for each cube of side `cell` \[m\] with points: their mean, with their mean direction as normal. Points
+    /// with normals that look opposite ways stay apart: they are of the two sides of a thin wall. In the order of the cubes, so
+    /// that without normals the order of the points does not matter but for rounding.
     ///
     /// # Errors
     /// [`GeometryError::CloudNotFinite`]; [`GeometryError::Setting`] for a cell that is not positive, or over a billion times
@@ -66,13 +66,26 @@ impl PointCloud {
         order.par_sort_unstable();
         let mut result = Self::default();
         for group in order.chunk_by(|a, b| a.0 == b.0) {
-            let sum: Vector3<f64> = group.iter().map(|&(_, i)| self.points[i].coords).sum();
-            result.points.push(Point3::from(sum / group.len() as f64));
-            if !self.normals.is_empty() {
-                let sum: Vector3<f64> = group.iter().map(|&(_, i)| self.normals[i]).sum();
-                result
-                    .normals
-                    .push(sum.try_normalize(f64::MIN_POSITIVE).unwrap_or_default());
+            // Count, and sums of positions and normals, of each side.
+            let mut sides: Vec<(f64, Vector3<f64>, Vector3<f64>)> = Vec::with_capacity(2);
+            for &(_, i) in group {
+                let normal = self.normals.get(i).copied().unwrap_or_default();
+                let own = sides.iter_mut().find(|side| side.2.dot(&normal) >= 0.0);
+                match own {
+                    Some((count, position, direction)) => {
+                        *count += 1.0;
+                        *position += self.points[i].coords;
+                        *direction += normal;
+                    }
+                    None => sides.push((1.0, self.points[i].coords, normal)),
+                }
+            }
+            for (count, position, direction) in sides {
+                result.points.push(Point3::from(position / count));
+                if !self.normals.is_empty() {
+                    let normal = direction.try_normalize(f64::MIN_POSITIVE);
+                    result.normals.push(normal.unwrap_or_default());
+                }
             }
         }
         Ok(result)

@@ -9,6 +9,7 @@ use nalgebra::{Point3, Vector3};
 use crate::GeometryError;
 
 pub use kd_tree::KdTree;
+pub(crate) use normals::plane_normal;
 
 /// Fewest points that tell a surface.
 const FEWEST: usize = 100;

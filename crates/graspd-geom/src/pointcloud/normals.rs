@@ -44,19 +44,12 @@ impl PointCloud {
         Ok(())
     }
 
-    /// The normals, of either sign, of the planes through each point and those of its nearest ones that belong to the
-    /// same side of the surface, by their numbers.
-    pub(crate) fn plane_normals(
-        &self,
-        tree: &KdTree,
-        neighbours: usize,
-        is_same_side: impl Fn(usize, usize) -> bool + Sync,
-    ) -> Vec<Vector3<f64>> {
-        (self.points.par_iter().enumerate())
-            .map_init(Vec::new, |found, (i, p)| {
+    /// The normals, of either sign, of the planes through each point and its nearest ones.
+    pub(crate) fn plane_normals(&self, tree: &KdTree, neighbours: usize) -> Vec<Vector3<f64>> {
+        (self.points.par_iter())
+            .map_init(Vec::new, |found, p| {
                 tree.nearest(p, neighbours + 1, found);
-                let near = found.iter().map(|&(_, number)| number);
-                let near: Vec<u32> = near.filter(|&j| is_same_side(i, j as usize)).collect();
+                let near: Vec<u32> = found.iter().map(|&(_, number)| number).collect();
                 plane_normal(&self.points, &near)
             })
             .collect()
@@ -144,7 +137,7 @@ impl PointCloud {
 }
 
 /// The direction in which points spread least.
-fn plane_normal(points: &[Point3<f64>], near: &[u32]) -> Vector3<f64> {
+pub(crate) fn plane_normal(points: &[Point3<f64>], near: &[u32]) -> Vector3<f64> {
     let of = |&number: &u32| points[number as usize].coords;
     let mean = near.iter().map(of).sum::<Vector3<f64>>() / near.len() as f64;
     let spread: Matrix3<f64> = (near.iter())

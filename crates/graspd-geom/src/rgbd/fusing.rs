@@ -2,9 +2,15 @@
 
 use nalgebra::Point3;
 
+use super::smoothing::smooth;
 use super::tabletop::{dominant_plane, standing_on};
-use super::{DepthView, RgbdCapture};
+use super::{DepthView, Plane, RgbdCapture};
 use crate::{GeometryError, KdTree, PointCloud};
+
+/// Every so many views are enough to find the table by.
+const TABLE_VIEWS: usize = 4;
+/// An object stands on a plane that its lowest points are so near to \[m\].
+const STANDS_WITHIN: f64 = 0.01;
 
 /// How views become a cloud.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -15,7 +21,7 @@ pub struct FusionSettings {
     pub edge_jump: f64,
     /// Side of the cubes whose points are averaged \[m\].
     pub cell: f64,
-    /// Points around each that give its normal.
+    /// Points around each that give the surface to which it is moved, and its normal: 6 or more.
     pub neighbours: usize,
     /// Points whose mean distance to 16 neighbours is so many standard deviations above the mean are left out.
     pub outlier_deviations: f64,
@@ -39,7 +45,7 @@ impl FusionSettings {
             ("edge_radius", self.edge_radius as f64, 0.0, 50.0),
             ("edge_jump", self.edge_jump, 1e-4, 10.0),
             ("cell", self.cell, 1e-5, 0.1),
-            ("neighbours", self.neighbours as f64, 3.0, 1000.0),
+            ("neighbours", self.neighbours as f64, 6.0, 1000.0),
             ("outlier_deviations", self.outlier_deviations, 0.1, 1e6),
         ] {
             if !(low..=high).contains(&value) {
@@ -73,11 +79,14 @@ pub struct FusedCloud {
     pub views: Vec<FusedView>,
     /// Points before averaging and without the strays.
     pub raw_points: usize,
+    /// What the object stands on, as the capture tells or as it was found.
+    pub table: Option<Plane>,
 }
 
 /// Makes one cloud of all views: pixels at edges left out; of views without a mask only what stands on the table (the
-/// capture's, or else the plane that most points lie on), the largest connected part; stray points left out; dense ones
-/// averaged; normals estimated and turned to the cameras. Runs on rayon's current thread pool, with the same
+/// capture's, or else the plane that most points lie on), the largest connected part; normals estimated in each view by itself
+/// and turned to its camera; dense points averaged, those of the two sides of a wall apart; stray points left out; the rest
+/// moved onto quadratic surfaces through their neighbours on the same side. Runs on rayon's current thread pool, with the same
 /// result for any number of threads.
 ///
 /// # Errors
@@ -88,32 +97,37 @@ pub fn fuse(capture: &RgbdCapture, settings: &FusionSettings) -> Result<FusedClo
         .map(|view| seen_by(view, settings))
         .collect();
     let everything = joined(&clouds);
-    keep_object(capture, &mut clouds);
+    let stood_on = keep_object(capture, &mut clouds);
     let views = (capture.views.iter().zip(&clouds))
         .map(|(view, cloud)| FusedView {
             name: view.name.clone(),
             points: cloud.points.len(),
         })
         .collect();
+    for cloud in &mut clouds {
+        cloud.estimate_normals_in_view(settings.neighbours);
+    }
     let all = joined(&clouds);
     if all.require_points().is_err() {
         // A wrong unit shows better in all that was seen than in the little that then stands on a table.
         everything.require_points()?;
     }
     all.require_points()?;
+    let table = stood_on.or_else(|| found_below(capture, &all, settings));
     let raw_points = all.points.len();
     let thinned = all.thinned(settings.cell)?;
     let mut cloud = thinned.without_outliers(16, settings.outlier_deviations);
-    cloud.estimate_normals_towards(settings.neighbours)?;
+    cloud.require_surface()?;
+    smooth(&mut cloud, settings.neighbours);
     Ok(FusedCloud {
         cloud,
         views,
         raw_points,
+        table,
     })
 }
 
-/// A view's points, each with the direction to the camera in place of its normal: averaging then gives where a
-/// place was seen from.
+/// A view's points, each with the direction to the camera in place of its normal.
 fn seen_by(view: &DepthView, settings: &FusionSettings) -> PointCloud {
     let points = view.points(settings.edge_radius, settings.edge_jump);
     let eye = view.eye();
@@ -124,13 +138,13 @@ fn seen_by(view: &DepthView, settings: &FusionSettings) -> PointCloud {
     }
 }
 
-/// Leaves of the clouds without a mask only what stands on the table.
-fn keep_object(capture: &RgbdCapture, clouds: &mut [PointCloud]) {
+/// Leaves of the clouds without a mask only what stands on the table; gives the table, if there is one.
+fn keep_object(capture: &RgbdCapture, clouds: &mut [PointCloud]) -> Option<Plane> {
     let unmasked: Vec<usize> = (0..clouds.len())
         .filter(|&i| capture.views[i].mask.is_none())
         .collect();
     let Some(&first) = unmasked.first() else {
-        return;
+        return capture.table;
     };
     let all = unmasked
         .iter()
@@ -138,9 +152,7 @@ fn keep_object(capture: &RgbdCapture, clouds: &mut [PointCloud]) {
     let all: Vec<Point3<f64>> = all.collect();
     let eye = capture.views[first].eye();
     // Without a table, everything is the object.
-    let Some(table) = capture.table.or_else(|| dominant_plane(&all, &eye)) else {
-        return;
-    };
+    let table = capture.table.or_else(|| dominant_plane(&all, &eye))?;
     let mut kept = standing_on(&all, &table).into_iter().peekable();
     let mut start = 0;
     for i in unmasked {
@@ -152,6 +164,30 @@ fn keep_object(capture: &RgbdCapture, clouds: &mut [PointCloud]) {
         clouds[i] = clouds[i].selected(&own);
         start = end;
     }
+    Some(table)
+}
+
+/// The table in views with masks: the plane that most points lie on of what is not masked, if the object stands on it.
+fn found_below(
+    capture: &RgbdCapture,
+    object: &PointCloud,
+    settings: &FusionSettings,
+) -> Option<Plane> {
+    let mut whole: Vec<Point3<f64>> = Vec::new();
+    for view in capture.views.iter().step_by(TABLE_VIEWS) {
+        let unmasked = DepthView {
+            mask: None,
+            ..view.clone()
+        };
+        whole.extend(unmasked.points(settings.edge_radius, settings.edge_jump));
+    }
+    let table = dominant_plane(&whole, &capture.views.first()?.eye())?;
+    let heights = object.points.iter().map(|p| table.height(p));
+    let mut heights: Vec<f64> = heights.collect();
+    heights.sort_unstable_by(f64::total_cmp);
+    // But for strays.
+    let low = *heights.get(heights.len() / 100)?;
+    (low.abs() < STANDS_WITHIN).then_some(table)
 }
 
 fn joined(clouds: &[PointCloud]) -> PointCloud {
@@ -168,27 +204,19 @@ fn joined(clouds: &[PointCloud]) -> PointCloud {
 }
 
 impl PointCloud {
-    /// Estimates outward normals where the directions to the cameras stand in their place: from the plane through each
-    /// point and those of its `neighbours` nearest ones that were seen from the same side, turned to the camera. So both
-    /// sides of a thin wall keep their own.
-    ///
-    /// # Errors
-    /// As [`PointCloud::require_surface`].
-    pub(super) fn estimate_normals_towards(
-        &mut self,
-        neighbours: usize,
-    ) -> Result<(), GeometryError> {
-        self.require_surface()?;
-        let directions = std::mem::take(&mut self.normals);
-        let tree = KdTree::new(&self.points);
-        self.normals = self.plane_normals(&tree, neighbours, |i, j| {
-            directions[i].dot(&directions[j]) > 0.0
-        });
-        for (normal, direction) in self.normals.iter_mut().zip(&directions) {
-            if normal.dot(direction) < 0.0 {
-                *normal = -*normal;
-            }
+    /// Puts normals in place of the directions to the camera that saw all the points: of the planes through each point and its
+    /// nearest ones, turned to the camera. Of fewer points than make a surface, the directions stay.
+    fn estimate_normals_in_view(&mut self, neighbours: usize) {
+        if self.require_surface().is_err() {
+            return;
         }
-        Ok(())
+        let planes = self.plane_normals(&KdTree::new(&self.points), neighbours);
+        for (normal, found) in self.normals.iter_mut().zip(planes) {
+            *normal = if found.dot(normal) < 0.0 {
+                -found
+            } else {
+                found
+            };
+        }
     }
 }

@@ -2,6 +2,7 @@
 
 mod camera;
 mod capture;
+mod clipping;
 mod depth_image;
 mod fusing;
 mod hdf5_file;
@@ -12,6 +13,7 @@ mod reconstruction;
 mod registration;
 mod render;
 mod simple;
+mod smoothing;
 mod tabletop;
 mod turntable;
 mod ycb;

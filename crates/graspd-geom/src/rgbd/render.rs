@@ -58,7 +58,8 @@ impl DepthScene<'_> {
                 let mut rng = noise.row(view, row);
                 let exact = &exact;
                 (0..width).map(move |column| {
-                    let [right, down] = noise.jitter(&mut rng);
+                    let facing = exact[row * width + column].map_or(1.0, |seen| seen.cosine);
+                    let [right, down] = noise.jitter(facing, &mut rng);
                     let (u, v) = (column as f64 + right, row as f64 + down);
                     let seen = if noise.scale == 0.0 {
                         exact[row * width + column]

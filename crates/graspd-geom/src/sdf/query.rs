@@ -3,7 +3,7 @@
 use graspd_ad::{Mask, Real};
 
 use super::SdfGrid;
-use crate::Vec3;
+use crate::{Mat3, Vec3};
 
 /// No scalar has more lanes than this.
 const MAX_LANES: usize = 16;
@@ -31,7 +31,7 @@ impl SdfGrid {
     /// [`SdfGrid::distance_and_gradient`].
     #[inline(always)]
     pub fn distance<T: Real>(&self, p: Vec3<T>) -> T {
-        let cell = self.cell(p);
+        let cell = self.cell(p, None);
         let [near, far] = cell.along_x().1;
         let [low, high] = [lerp(near, cell.at.y), lerp(far, cell.at.y)];
         low + (high - low) * cell.at.z + cell.outside.norm()
@@ -50,7 +50,23 @@ impl SdfGrid {
     /// adds 0 with derivative 0. Never NaN for a finite `p`.
     #[inline(always)]
     pub fn distance_and_gradient<T: Real>(&self, p: Vec3<T>) -> (T, Vec3<T>) {
-        let cell = self.cell(p);
+        self.interpolate(&self.cell(p, None))
+    }
+
+    /// [`SdfGrid::distance_and_gradient`] at `p + rest`, where `rest` is what rounding to single precision has left of the
+    /// coordinates.
+    ///
+    /// With `p` alone, a place 0.1 m from the origin is known to 4e-9 m, its cell coordinate as a difference from the
+    /// grid's origin to 1e-8 m, and at 1e5 N/m that is 1e-3 N. Here the coordinate is taken from the cell's own corner, so
+    /// that it is as exact as in double precision but for a relative 1e-7. `rest` must be much smaller than a cell; its
+    /// own derivatives are left out, and so is `rest` outside the grid's box.
+    #[inline(always)]
+    pub fn distance_and_gradient_of_sum<T: Real>(&self, p: Vec3<T>, rest: Vec3<T>) -> (T, Vec3<T>) {
+        self.interpolate(&self.cell(p, Some(rest)))
+    }
+
+    #[inline(always)]
+    fn interpolate<T: Real>(&self, cell: &Cell<T>) -> (T, Vec3<T>) {
         let Vec3 { x: _, y, z } = cell.at;
         // Interpolate, and differentiate, along x, then y, then z.
         let (slopes, [near, far]) = cell.along_x();
@@ -80,17 +96,82 @@ impl SdfGrid {
         )
     }
 
-    /// Finds the cell: which one is a discrete choice on real parts, lane by lane.
+    /// Signed distance at `p` \[m\], its gradient, and the second derivatives \[1/m\], a symmetric matrix: what
+    /// [`SdfGrid::distance_and_gradient`] gives over duals, written out for derivatives taken by hand.
+    ///
+    /// It is the derivative of the gradient that is returned: of that of one cell, and of the unit vector from the box
+    /// outside it. Across cell faces the gradient jumps, which no second derivative shows.
     #[inline(always)]
-    fn cell<T: Real>(&self, p: Vec3<T>) -> Cell<T> {
+    pub fn distance_to_second_order<T: Real>(&self, p: Vec3<T>) -> (T, Vec3<T>, Mat3<T>) {
+        let cell = self.cell(p, None);
+        let Vec3 { x: _, y, z } = cell.at;
+        let (slopes, [near, far]) = cell.along_x();
+        let slope_x = [lerp(slopes[0], y), lerp(slopes[1], y)];
+        let slope_y = [near[1] - near[0], far[1] - far[0]];
+        let value = [near[0] + slope_y[0] * y, far[0] + slope_y[1] * y];
+        let slope_z = value[1] - value[0];
+        let (by_x, by_y, by_z) = (
+            T::constant(self.spacing.x.recip()),
+            T::constant(self.spacing.y.recip()),
+            T::constant(self.spacing.z.recip()),
+        );
+        let slope_xy = [slopes[0][1] - slopes[0][0], slopes[1][1] - slopes[1][0]];
+        let mixed = |within: T::Mask, second: T| T::select(within, second, T::zero());
+        let [x_within, y_within, z_within] = cell.within;
+        let xy = mixed(x_within & y_within, lerp(slope_xy, z) * by_x * by_y);
+        let xz = mixed(x_within & z_within, (slope_x[1] - slope_x[0]) * by_x * by_z);
+        let yz = mixed(y_within & z_within, (slope_y[1] - slope_y[0]) * by_y * by_z);
+        let zero = T::zero();
+        let along_box = Vec3::new(
+            T::select(x_within, lerp(slope_x, z) * by_x, zero),
+            T::select(y_within, lerp(slope_y, z) * by_y, zero),
+            T::select(z_within, slope_z * by_z, zero),
+        );
+        let distance = value[0] + slope_z * z;
+        let inside = Mat3 {
+            rows: [
+                Vec3::new(zero, xy, xz),
+                Vec3::new(xy, zero, yz),
+                Vec3::new(xz, yz, zero),
+            ],
+        };
+        if (x_within & y_within & z_within).all() {
+            return (distance, along_box, inside);
+        }
+        // Of |p - c|: the part of I - n n^T along the axes in whose extent p does not lie, over that length.
+        let outward = cell.outside.normalize_or_zero();
+        let length = cell.outside.norm();
+        let is_outside = length.gt(zero);
+        let curvature = T::select(
+            is_outside,
+            T::one() / T::select(is_outside, length, T::one()),
+            zero,
+        );
+        let mut rows = inside.rows;
+        for axis in 0..3 {
+            rows[axis] -= outward * (outward.get(axis) * curvature);
+        }
+        rows[0].x += T::select(x_within, zero, curvature);
+        rows[1].y += T::select(y_within, zero, curvature);
+        rows[2].z += T::select(z_within, zero, curvature);
+        (distance + length, along_box + outward, Mat3 { rows })
+    }
+
+    /// Finds the cell of `p + rest`: which one is a discrete choice on real parts, lane by lane.
+    #[inline(always)]
+    fn cell<T: Real>(&self, p: Vec3<T>, rest: Option<Vec3<T>>) -> Cell<T> {
         const { assert!(T::LANES <= MAX_LANES) };
         let [nx, ny, nz] = self.dims();
         let (x_near, x_within) = nearest_in(p.x, self.origin.x, self.spacing.x, nx);
         let (y_near, y_within) = nearest_in(p.y, self.origin.y, self.spacing.y, ny);
         let (z_near, z_within) = nearest_in(p.z, self.origin.z, self.spacing.z, nz);
-        let (i, x_at) = split(x_near, self.origin.x, self.spacing.x, nx);
-        let (j, y_at) = split(y_near, self.origin.y, self.spacing.y, ny);
-        let (k, z_at) = split(z_near, self.origin.z, self.spacing.z, nz);
+        let (mut rest_x, mut rest_y, mut rest_z) = (None, None, None);
+        if let Some(rest) = rest {
+            (rest_x, rest_y, rest_z) = (Some(rest.x), Some(rest.y), Some(rest.z));
+        }
+        let (i, x_at) = split(x_near, rest_x, self.origin.x, self.spacing.x, nx);
+        let (j, y_at) = split(y_near, rest_y, self.origin.y, self.spacing.y, ny);
+        let (k, z_at) = split(z_near, rest_z, self.origin.z, self.spacing.z, nz);
         let (mut x, mut y, mut z) = (
             [[0; MAX_LANES]; 2],
             [[0; MAX_LANES]; 2],
@@ -162,13 +243,45 @@ fn nearest_in<T: Real>(p: T, origin: f64, spacing: f64, count: usize) -> (T, T::
     (T::select(within, p, end), within)
 }
 
-/// The cell along one axis, per lane, and the coordinate within it.
+/// The cell along one axis, per lane, and the coordinate of `x + rest` within it.
 #[inline(always)]
-fn split<T: Real>(x: T, origin: f64, spacing: f64, count: usize) -> ([u32; MAX_LANES], T) {
-    let steps = (x - T::constant(origin)) * T::constant(spacing.recip());
+fn split<T: Real>(
+    x: T,
+    rest: Option<T>,
+    origin: f64,
+    spacing: f64,
+    count: usize,
+) -> ([u32; MAX_LANES], T) {
+    let per_cell = T::constant(spacing.recip());
+    let steps = (x - T::constant(origin)) * per_cell;
     // The last sample ends the last cell and begins none.
     let cell = steps.detach().floor().min(T::constant((count - 2) as f64));
     let mut cells = [0; MAX_LANES];
     cell.store_indices(&mut cells);
-    (cells, steps - cell)
+    let at = match rest {
+        None => steps - cell,
+        Some(rest) => {
+            let [corner, corner_rest] = corner_of(cell, origin, spacing);
+            // The first difference is exact, or nearly so: both are close.
+            ((x - corner) + (rest.detach() - corner_rest)) * per_cell
+        }
+    };
+    (cells, at)
+}
+
+/// `origin + cell * spacing` as the sum of two numbers, exact to twice the scalar's digits.
+#[inline(always)]
+fn corner_of<T: Real>(cell: T, origin: f64, spacing: f64) -> [T; 2] {
+    // Products of ten digits, the most that a cell's number has, and fourteen are exact in single precision.
+    const KEPT: u64 = !((1 << (52 - 13)) - 1);
+    let coarse = f64::from_bits(spacing.to_bits() & KEPT);
+    let along = cell * T::constant(coarse);
+    let fine = cell * T::constant(spacing - coarse);
+    let start = T::constant(origin);
+    let start_rest = T::constant(origin - start.lane(0));
+    // Sum and its rounding error (Knuth's two-sum).
+    let sum = along + start;
+    let added = sum - along;
+    let error = (along - (sum - added)) + (start - added);
+    [sum, error + (fine + start_rest)]
 }

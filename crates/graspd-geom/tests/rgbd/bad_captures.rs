@@ -236,13 +236,13 @@ fn clouds_that_cannot_be_objects() {
         ..ReconstructionSettings::default()
     };
     assert!(matches!(
-        reconstruct(&fused.cloud, &settings, "x"),
+        reconstruct(&fused.cloud, fused.table.as_ref(), &settings, "x"),
         Err(GeometryError::Setting { name: "trim", .. })
     ));
     settings = ReconstructionSettings::default();
     settings.poisson.depth = 13;
     assert!(matches!(
-        reconstruct(&fused.cloud, &settings, "x"),
+        reconstruct(&fused.cloud, fused.table.as_ref(), &settings, "x"),
         Err(GeometryError::ReconstructionMemory { .. })
     ));
 }

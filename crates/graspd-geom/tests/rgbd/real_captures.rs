@@ -38,7 +38,13 @@ fn objects_on_a_table_become_closed_meshes_where_the_scans_are() {
         for (p, normal) in fused.cloud.points.iter().zip(&fused.cloud.normals) {
             assert!(normal.dot(&p.coords) <= 0.0);
         }
-        let result = reconstruct(&fused.cloud, &ReconstructionSettings::default(), name).unwrap();
+        let result = reconstruct(
+            &fused.cloud,
+            fused.table.as_ref(),
+            &ReconstructionSettings::default(),
+            name,
+        )
+        .unwrap();
         require_closed(&result.mesh, name).unwrap();
         assert_eq!(topology(&result.mesh).components, 1, "{name}");
         let (low, high) = result.mesh.bounds().unwrap();

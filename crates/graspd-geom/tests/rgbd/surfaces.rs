@@ -30,7 +30,13 @@ fn a_noisy_turntable_scan_gives_the_object_back() {
     let capture = read_capture(folder.path(), None, DepthIntrinsics::default()).unwrap();
     let fused = fuse(&capture, &FusionSettings::default()).unwrap();
     assert_eq!(fused.views.len(), 15);
-    let result = reconstruct(&fused.cloud, &ReconstructionSettings::default(), "can").unwrap();
+    let result = reconstruct(
+        &fused.cloud,
+        fused.table.as_ref(),
+        &ReconstructionSettings::default(),
+        "can",
+    )
+    .unwrap();
     require_closed(&result.mesh, "can").unwrap();
     assert_eq!(topology(&result.mesh).components, 1);
     // The underside, a tenth of a can, is not seen.

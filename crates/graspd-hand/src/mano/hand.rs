@@ -14,6 +14,7 @@ use super::skin::{Skin, SlotOrder};
 use super::spheres;
 use crate::{
     CollisionSpheres, ContactPoints, Hand, HandError, HandPose, HandScratch, Limit, PalmFrame,
+    PointBuffer,
 };
 
 /// A hand whose skin is moved by linear blend skinning with pose blendshapes, in MANO's layout.
@@ -258,6 +259,7 @@ impl Hand for SkinnedHand {
         HandScratch {
             body_poses: vec![Rigid::identity(); SKINNED_JOINTS],
             skinned: Some(Box::new(SkinnedScratch::new(self.contacts.weight.len()))),
+            contact_remainder: PointBuffer::zeros(self.contacts.weight.len()),
             ..HandScratch::default()
         }
     }

@@ -10,6 +10,7 @@ use super::pose_space::{pose_of, pose_pullback};
 use super::skin::{JOINT_FEATURES, Skin};
 use super::skin_kernels::{JointLoad, Motion, Pose, Pull};
 use super::skinning::pose_features;
+use super::split_pose::SplitPose;
 use crate::{HandPose, HandScratch, Kinematics, PointBuffer, PoseGradient};
 
 /// What the forward pass leaves for the pullback.
@@ -80,7 +81,8 @@ impl<E: Element> SkinScratch<E> {
 trait Precision: Element {
     fn skin(hand: &SkinnedHand) -> &Skin<Self>;
     fn split(scratch: &mut SkinnedScratch) -> Parts<'_, Self>;
-    fn pose(kernel: Pose<'_, Self>);
+    /// Poses the contact points with the bones of `scratch`.
+    fn pose(hand: &SkinnedHand, scratch: &mut HandScratch, contacts: &mut PointBuffer<Self>);
     fn pull(kernel: Pull<'_, Self>);
 }
 
@@ -101,7 +103,16 @@ impl Precision for f64 {
             skin: &mut scratch.in_f64,
         }
     }
-    fn pose(kernel: Pose<'_, Self>) {
+    fn pose(hand: &SkinnedHand, scratch: &mut HandScratch, contacts: &mut PointBuffer<Self>) {
+        let Parts { bones, skin, .. } = Self::split(own(scratch));
+        skin.set(&hand.joints, bones);
+        let kernel = Pose {
+            skin: &hand.skin_f64,
+            features: &skin.features,
+            motions: &skin.motions,
+            blended: &mut skin.blended,
+            posed: contacts,
+        };
         kernel.over::<f64>();
     }
     fn pull(kernel: Pull<'_, Self>) {
@@ -120,8 +131,24 @@ impl Precision for f32 {
             skin: &mut scratch.in_f32,
         }
     }
-    fn pose(kernel: Pose<'_, Self>) {
-        vectorize(kernel);
+    fn pose(hand: &SkinnedHand, scratch: &mut HandScratch, contacts: &mut PointBuffer<Self>) {
+        let HandScratch {
+            skinned,
+            contact_remainder,
+            ..
+        } = scratch;
+        let skinned = skinned.as_deref_mut().expect(OWN_SCRATCH);
+        skinned.in_f32.set(&hand.joints, &skinned.bones);
+        skinned.in_f64.set(&hand.joints, &skinned.bones);
+        vectorize(SplitPose {
+            skin: &hand.skin_f32,
+            exact: &hand.skin_f64,
+            features: &skinned.in_f32.features,
+            motions: &skinned.in_f64.motions,
+            blended: &mut skinned.in_f32.blended,
+            posed: contacts,
+            remainder: contact_remainder,
+        });
     }
     fn pull(kernel: Pull<'_, Self>) {
         vectorize(kernel);
@@ -146,11 +173,10 @@ impl SkinnedHand {
 
 /// Scratch made by another kind of hand cannot serve this one.
 fn own(scratch: &mut HandScratch) -> &mut SkinnedScratch {
-    scratch
-        .skinned
-        .as_deref_mut()
-        .expect("scratch must come from this hand's new_scratch")
+    scratch.skinned.as_deref_mut().expect(OWN_SCRATCH)
 }
+
+const OWN_SCRATCH: &str = "scratch must come from this hand's new_scratch";
 
 impl<E: Precision> Kinematics<E> for SkinnedHand {
     fn forward(
@@ -160,16 +186,9 @@ impl<E: Precision> Kinematics<E> for SkinnedHand {
         contacts: &mut PointBuffer<E>,
         spheres: &mut PointBuffer<E>,
     ) {
-        let Parts { bones, skin, .. } = E::split(own(scratch));
-        self.set_bones(pose, bones);
-        skin.set(&self.joints, bones);
-        E::pose(Pose {
-            skin: E::skin(self),
-            features: &skin.features,
-            motions: &skin.motions,
-            blended: &mut skin.blended,
-            posed: contacts,
-        });
+        self.set_bones(pose, &mut own(scratch).bones);
+        E::pose(self, scratch, contacts);
+        let bones = &own(scratch).bones;
         let centers = self.sphere_centers.iter();
         for (index, (&center, &body)) in centers.zip(&self.spheres.body).enumerate() {
             let body = body as usize;

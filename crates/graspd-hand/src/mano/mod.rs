@@ -10,6 +10,7 @@ mod hand;
 mod kinematics;
 mod model;
 mod numpy;
+mod numpy_value;
 mod open;
 mod options;
 mod pickle;
@@ -20,6 +21,7 @@ mod skin;
 mod skin_kernels;
 mod skinning;
 mod spheres;
+mod split_pose;
 
 pub use file::{load_skinned_hand, load_skinned_model, parse_skinned_model};
 pub use hand::SkinnedHand;
@@ -28,4 +30,5 @@ pub use model::{
     JointPlacement, POSE_FEATURES, POSE_VALUES, SKINNED_JOINT_NAMES, SKINNED_JOINT_PARENTS,
     SKINNED_JOINTS, SkinnedModel,
 };
+pub use numpy_value::{NumpyValue, read_npy};
 pub use options::SkinnedHandOptions;

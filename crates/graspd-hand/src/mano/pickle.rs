@@ -12,11 +12,15 @@ use crate::HandError;
 
 /// More values than any hand's file has.
 const MOST_VALUES: usize = 1 << 20;
+/// What Python 2 wrote, and so MANO's files are of.
+const PROTOCOL_OF_PYTHON_2: u8 = 2;
+/// The newest protocol; NumPy writes 3 or 4.
+const NEWEST_PROTOCOL: u8 = 5;
 
 /// A value's number.
 pub(crate) type Id = u32;
 
-/// The classes and functions that a MANO file may name. None of them is ever called.
+/// The classes and functions that a file may name. None of them is ever called.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Global {
     Reconstruct,
@@ -26,12 +30,16 @@ pub(crate) enum Global {
     Chumpy,
     Select,
     SparseColumns,
+    Scalar,
 }
 
 impl Global {
     fn named(module: &[u8], name: &[u8]) -> Option<Self> {
         Some(match (module, name) {
-            (b"numpy.core.multiarray", b"_reconstruct") => Self::Reconstruct,
+            (b"numpy.core.multiarray" | b"numpy._core.multiarray", b"_reconstruct") => {
+                Self::Reconstruct
+            }
+            (b"numpy.core.multiarray" | b"numpy._core.multiarray", b"scalar") => Self::Scalar,
             (b"numpy", b"ndarray") => Self::Array,
             (b"numpy", b"dtype") => Self::DataType,
             (b"__builtin__", b"set") => Self::Set,
@@ -49,7 +57,7 @@ pub(crate) enum Value<'a> {
     None,
     Bool(bool),
     Integer(i64),
-    Float,
+    Float(f64),
     /// A string of either kind.
     Bytes(Cow<'a, [u8]>),
     Tuple(Vec<Id>),
@@ -79,7 +87,20 @@ impl<'a> Pickle<'a> {
     /// # Errors
     /// [`HandError::BadPickle`], or [`HandError::RefusedGlobal`] for a class or function that MANO files do not name.
     pub(crate) fn parse(bytes: &'a [u8]) -> Result<Self, HandError> {
+        Self::parse_up_to(PROTOCOL_OF_PYTHON_2, bytes)
+    }
+
+    /// Reads a pickle of any protocol, as NumPy puts one into an `.npy` file of objects.
+    ///
+    /// # Errors
+    /// As for [`Self::parse`].
+    pub(crate) fn parse_any_protocol(bytes: &'a [u8]) -> Result<Self, HandError> {
+        Self::parse_up_to(NEWEST_PROTOCOL, bytes)
+    }
+
+    fn parse_up_to(protocol: u8, bytes: &'a [u8]) -> Result<Self, HandError> {
         let mut machine = Machine {
+            newest: protocol,
             rest: bytes,
             values: Vec::new(),
             stack: Vec::new(),
@@ -135,6 +156,8 @@ impl<'a> Pickle<'a> {
 }
 
 struct Machine<'a> {
+    /// The newest protocol whose files are taken.
+    newest: u8,
     rest: &'a [u8],
     values: Vec<Value<'a>>,
     stack: Vec<Id>,
@@ -152,10 +175,15 @@ impl<'a> Machine<'a> {
             b'.' => return self.pop().map(Some),
             0x80 => {
                 let [protocol] = *self.take::<1>()?;
-                if protocol > 2 {
-                    return bad(format!(
-                        "it is of protocol {protocol}, MANO's own files are of protocol 2 or less"
-                    ));
+                if protocol > self.newest {
+                    let newest = self.newest;
+                    return bad(if newest == PROTOCOL_OF_PYTHON_2 {
+                        format!(
+                            "it is of protocol {protocol}, MANO's own files are of protocol {newest} or less"
+                        )
+                    } else {
+                        format!("it is of protocol {protocol}; protocols up to {newest} are known")
+                    });
                 }
             }
             b'(' => self.mark()?,
@@ -198,6 +226,12 @@ impl<'a> Machine<'a> {
                 let index = self.decimal_line()?;
                 self.get(usize::try_from(index).unwrap_or(usize::MAX))?;
             }
+            // Protocol 4: a frame's length, which nothing here depends on, and the next free number of the memo.
+            0x95 => {
+                self.take::<8>()?;
+            }
+            0x94 => self.put(self.memo.len())?,
+            0x93 => self.global_from_stack()?,
             b'c' => self.global()?,
             b'R' | 0x81 => self.object()?,
             b'b' => self.build()?,
@@ -236,19 +270,24 @@ impl<'a> Machine<'a> {
                 Value::Integer(long(self.bytes(length)?)?)
             }
             b'F' => {
-                self.line()?;
-                Value::Float
+                let text = std::str::from_utf8(self.line()?).unwrap_or_default();
+                match text.trim().parse() {
+                    Ok(number) => Value::Float(number),
+                    Err(_) => return bad("it has something else where a number is due"),
+                }
             }
-            b'G' => {
-                self.bytes(8)?;
-                Value::Float
-            }
-            b'U' => {
+            b'G' => Value::Float(f64::from_be_bytes(*self.take()?)),
+            b'U' | b'C' | 0x8c => {
                 let [length] = *self.take::<1>()?;
                 Value::Bytes(Cow::Borrowed(self.bytes(length.into())?))
             }
-            b'T' | b'X' => {
+            b'T' | b'X' | b'B' => {
                 let length = self.length()?;
+                Value::Bytes(Cow::Borrowed(self.bytes(length)?))
+            }
+            0x8d | 0x8e => {
+                let length = u64::from_le_bytes(*self.take()?);
+                let length = usize::try_from(length).unwrap_or(usize::MAX);
                 Value::Bytes(Cow::Borrowed(self.bytes(length)?))
             }
             b'S' => Value::Bytes(Cow::Owned(unquoted(self.line()?)?)),
@@ -299,6 +338,21 @@ impl<'a> Machine<'a> {
 
     fn global(&mut self) -> Result<(), HandError> {
         let (module, name) = (self.line()?, self.line()?);
+        self.push_global(module, name)
+    }
+
+    /// Module and name as strings.
+    fn global_from_stack(&mut self) -> Result<(), HandError> {
+        let (name, module) = (self.pop()?, self.pop()?);
+        let text = |id: Id| match &self.values[id as usize] {
+            Value::Bytes(bytes) => Ok(bytes.to_vec()),
+            _ => bad("it names a class by something that is no string"),
+        };
+        let (module, name) = (text(module)?, text(name)?);
+        self.push_global(&module, &name)
+    }
+
+    fn push_global(&mut self, module: &[u8], name: &[u8]) -> Result<(), HandError> {
         match Global::named(module, name) {
             Some(global) => self.push(Value::Global(global)),
             None => Err(HandError::RefusedGlobal {

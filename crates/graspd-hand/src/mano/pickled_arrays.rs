@@ -199,6 +199,52 @@ impl Pickle<'_> {
         parsed().ok_or_else(|| fault(name, "has a type that is neither real numbers nor integers"))
     }
 
+    /// A number of one of NumPy's own types, from the type and the bytes that it is made of.
+    ///
+    /// # Errors
+    /// [`HandError::BadModel`].
+    pub(crate) fn scalar(&self, arguments: Id) -> Result<f64, HandError> {
+        const NAME: &str = "number";
+        let damaged = || fault(NAME, "is none that NumPy would write; the file is damaged");
+        let Value::Tuple(arguments) = self.value(arguments) else {
+            return Err(damaged());
+        };
+        let &[number, bytes] = arguments.as_slice() else {
+            return Err(damaged());
+        };
+        let Value::Bytes(bytes) = self.value(bytes) else {
+            return Err(damaged());
+        };
+        let stored = StoredArray {
+            number: self.number_type(number, NAME)?,
+            shape: Vec::new(),
+            is_fortran: false,
+            bytes,
+        };
+        stored
+            .decode(NAME)?
+            .values
+            .first()
+            .copied()
+            .ok_or_else(damaged)
+    }
+
+    /// The sides and the members of an array of objects, given its state; `None` if it is none.
+    pub(crate) fn objects(&self, state: Id) -> Option<(Vec<usize>, &[Id])> {
+        let Value::Tuple(parts) = self.value(state) else {
+            return None;
+        };
+        let &[_version, shape, _type, _order, members] = parts.as_slice() else {
+            return None;
+        };
+        let Value::List(members) = self.value(members) else {
+            return None;
+        };
+        let shape = self.sizes(shape)?;
+        let count = (shape.iter()).try_fold(1_usize, |count, &side| count.checked_mul(side));
+        (count == Some(members.len())).then_some((shape, members.as_slice()))
+    }
+
     fn text(&self, id: Id) -> Option<&str> {
         match self.value(id) {
             Value::Bytes(bytes) => std::str::from_utf8(bytes).ok(),

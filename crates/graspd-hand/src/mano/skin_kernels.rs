@@ -29,9 +29,10 @@ pub(crate) struct JointLoad {
     pub(crate) features: [f64; JOINT_FEATURES],
 }
 
-type Features<E> = [[E; JOINT_FEATURES]; SKINNED_JOINTS];
+pub(crate) type Features<E> = [[E; JOINT_FEATURES]; SKINNED_JOINTS];
 
-/// u = rest + blendshapes . features, then x = sum_j w_j (R_j u + t_j).
+/// u = rest + blendshapes . features, then x = sum_j w_j (R_j u + t_j). (Single precision has a loop of its own:
+/// [`SplitPose`](super::split_pose::SplitPose).)
 pub(crate) struct Pose<'a, E> {
     pub(crate) skin: &'a Skin<E>,
     pub(crate) features: &'a Features<E>,
@@ -74,17 +75,9 @@ impl<E: Element> Pose<'_, E> {
     }
 }
 
-impl Kernel for Pose<'_, f32> {
-    type Output = ();
-    #[inline(always)]
-    fn run<L: Real<Element = f32>>(self) {
-        self.over::<L>();
-    }
-}
-
 /// Adds the blendshapes of one tile to its vertices.
 #[inline(always)]
-fn blend<L: Real>(
+pub(crate) fn blend<L: Real>(
     skin: &Skin<L::Element>,
     range: &Range<usize>,
     features: &Features<L::Element>,

@@ -4,6 +4,7 @@
 mod kinds;
 mod motion;
 mod pullback;
+mod remainder;
 mod spheres;
 
 use graspd_geom::{Quaternion, Vec3, shared_file};

@@ -6,7 +6,8 @@ use std::sync::LazyLock;
 use graspd_ad::{Element, Real, Tape};
 use graspd_geom::{Mat3, Quaternion, Vec3, topology};
 use graspd_hand::{
-    Hand, HandPose, Kinematics, PointBuffer, PoseGradient, SkinnedHand, SkinnedHandOptions,
+    Hand, HandPose, Kinematics, POSE_FEATURES, PointBuffer, PoseGradient, SkinnedHand,
+    SkinnedHandOptions,
 };
 use nalgebra::Vector3;
 use proptest::prelude::*;
@@ -17,6 +18,8 @@ use crate::{plain, synthetic};
 const DOUBLE: f64 = 1e-12;
 /// 0.5 m in single precision, after about 150 additions.
 const SINGLE: f64 = 1e-6;
+/// Rounding to single precision, relative.
+const HALF_ULP: f64 = 6e-8;
 /// Reverse mode sums in another order.
 const REVERSE: f64 = 1e-10;
 /// Step of central differences [rad or m]: truncation about 1e-10, cancellation about 1e-11 relative.
@@ -242,9 +245,30 @@ where
     }
 }
 
+/// Only the blendshapes are rounded to single precision, and the sums of their 135 terms.
+fn assert_remainder_is_kept(hand: &SkinnedHand, pose: &HandPose) {
+    let (single, double) = (forward::<f32>(hand, pose), forward::<f64>(hand, pose));
+    let remainder = single.scratch.contact_remainder();
+    let directions = hand.model().pose_directions.as_deref().unwrap_or_default();
+    let of_vertex = 3 * POSE_FEATURES;
+    for (slot, &vertex) in hand.contact_vertices().iter().enumerate() {
+        let sum = single.contacts.get(slot) + remainder.get(slot);
+        let error = (sum - double.contacts.get(slot)).norm();
+        // Entries of a rotation less those of the identity are at most 2.
+        let terms = directions.chunks(of_vertex).nth(vertex as usize);
+        let most: f64 = terms.map_or(0.0, |terms| terms.iter().map(|d| 2.0 * d.abs()).sum());
+        let tolerance = DOUBLE + 16.0 * HALF_ULP * most;
+        assert!(
+            error <= tolerance,
+            "slot {slot} is off by {error:e}, allowed {tolerance:e}"
+        );
+    }
+}
+
 /// Everything that is claimed of one pose.
 fn check(pose: &HandPose) {
     let hand = &*HAND;
+    assert_remainder_is_kept(hand, pose);
     assert_placed_as_plain::<f64>(hand, pose, DOUBLE);
     assert_placed_as_plain::<f32>(hand, pose, SINGLE);
     let pulled = pulled_back::<f64>(hand, pose);

@@ -1,5 +1,6 @@
 //! Scenes: the built-in hand at analytic objects.
 
+mod contacts_task;
 mod gradients;
 mod invariance;
 mod physics;

@@ -5,18 +5,23 @@ use graspd_ad::Real;
 /// Points farther from touching than this many reaches are not drawn in at all.
 const CUTOFF: f64 = 6.0;
 
-/// The cost of a point of the hand's skin at the signed distance d \[m\]: it gains by touching, up to 1 if it faces the
+/// What the skin of a hand and the balls of its core cost.
+///
+/// The cost of a point of the skin at the signed distance d \[m\]: it gains by touching, up to 1 if it faces the
 /// object, and loses by being too deep.
 ///
 /// ```text
-/// -f max(R^2 / (R^2 + x^2) - 1 / 37, 0) + w max(-d - D min(2 f, 1), 0)^2,    x = max(d + d_0, 0)
+/// -f max(R^2 / (R^2 + x^2) - 1 / 37, 0) + w max(-d - D min(2 f, 1), 0)^2 + W max(-d - L, 0)^2,    x = max(d + d_0, 0)
 /// ```
 ///
 /// with f how far the skin faces the object (0 to 1), the reach R, d_0 the depth at which a point touches, D the depth
-/// from which on it is too deep, and w \[1/m^2\]. The gain ends at x = 6 R. In sum over the skin this is (with R small)
+/// from which on it is too deep, that from which on it is far too deep, L, and w and W \[1/m^2\]. The gain ends at x = 6 R. In sum over the skin this is (with R small)
 /// minus the area that touches, and so no point that cannot reach the object holds back those that can. Skin inside the
 /// object that faces away from it is never right, however shallow: it belongs to a finger that has gone through a thin
 /// wall.
+///
+/// A ball of the hand's core (`HandCore`) to whose centre the object is nearer than its radius by l costs
+/// `w_c max(l - D, 0)^2`.
 ///
 /// The derivative is continuous but for x = 6 R, where it falls from a 20th of its peak to 0; at that distance itself it
 /// is 0.
@@ -34,6 +39,12 @@ pub struct SkinCost {
     pub most_depth: f64,
     /// w \[1/m^2\].
     pub deep_factor: f64,
+    /// L \[m\].
+    pub limit_depth: f64,
+    /// W \[1/m^2\].
+    pub limit_factor: f64,
+    /// w_c \[1/m^2\].
+    pub core_factor: f64,
 }
 
 impl SkinCost {
@@ -45,7 +56,26 @@ impl SkinCost {
         let squared_reach = T::constant(self.reach * self.reach);
         let gain = squared_reach / (squared_reach + miss.square());
         let gain = (gain - T::constant(1.0 / (1.0 + CUTOFF * CUTOFF))).max(zero);
-        over.square().scale(self.deep_factor) - gain.scale(facing)
+        let beyond = (-distance - T::constant(self.limit_depth)).max(zero);
+        over.square().scale(self.deep_factor) + beyond.square().scale(self.limit_factor)
+            - gain.scale(facing)
+    }
+
+    /// The cost of a ball of the hand's core to whose centre the object is nearer than its radius by `lack` \[m\].
+    pub fn core_value<T: Real>(&self, lack: T) -> T {
+        let over = (lack - T::constant(self.most_depth)).max(T::zero());
+        over.square().scale(self.core_factor)
+    }
+
+    /// The derivative of [`SkinCost::core_value`] by the distance of the ball's centre, which is minus that by the lack
+    /// \[1/m\], and the weight \[1/m^2\] by which a squared residual has it. 0 at the kink.
+    #[inline]
+    pub fn core_slope_and_weight(&self, lack: f64) -> (f64, f64) {
+        let over = (lack - self.most_depth).max(0.0);
+        if over > 0.0 {
+            return (-2.0 * self.core_factor * over, 2.0 * self.core_factor);
+        }
+        (0.0, 0.0)
     }
 
     /// D min(2 f, 1) \[m\].
@@ -70,7 +100,16 @@ impl SkinCost {
             } else {
                 0.0
             };
-            return (weight * miss - deep * over, weight + deep);
+            let beyond = (-distance - self.limit_depth).max(0.0);
+            let limit = if beyond > 0.0 {
+                2.0 * self.limit_factor
+            } else {
+                0.0
+            };
+            return (
+                weight * miss - deep * over - limit * beyond,
+                weight + deep + limit,
+            );
         }
         (0.0, 0.0)
     }
@@ -87,6 +126,9 @@ mod tests {
         depth: 0.15,
         most_depth: 0.9,
         deep_factor: 3.0,
+        limit_depth: 1.4,
+        limit_factor: 7.0,
+        core_factor: 5.0,
     };
     /// The closed form rounds otherwise than the chain rule.
     const MODE_TOLERANCE: f64 = 1e-12;
@@ -122,6 +164,20 @@ mod tests {
         }
 
         #[test]
+        fn the_slope_of_the_core_is_that_of_both_modes_and_of_differences(lack in -3.0..7.0f64) {
+            let (claimed, weight) = COST.core_slope_and_weight(lack);
+            let forward = COST.core_value(Dual::<f64, 1>::variable(lack, 0));
+            let (value, reverse) = gradient(|x| COST.core_value(x[0]), &[lack]);
+            // The distance falls as the lack grows.
+            prop_assert!((claimed + forward.derivative[0]).abs() <= MODE_TOLERANCE);
+            prop_assert!((claimed + reverse[0]).abs() <= MODE_TOLERANCE);
+            prop_assert_eq!(value, COST.core_value(lack));
+            let numeric = (COST.core_value(lack + STEP) - COST.core_value(lack - STEP)) / (2.0 * STEP);
+            prop_assert!((claimed + numeric).abs() <= DIFFERENCE_TOLERANCE);
+            prop_assert_eq!(weight > 0.0, lack > COST.most_depth);
+        }
+
+        #[test]
         fn touching_gains_and_deep_costs(distance in -3.0..7.0f64, facing in 0.0..1.0f64) {
             let cost = COST.value(distance, facing);
             // Skin that faces away is best outside.
@@ -133,13 +189,14 @@ mod tests {
                 prop_assert_eq!((cost, slope(distance, facing)), (best, 0.0));
             }
             if facing == 0.0 {
-                prop_assert_eq!(cost, COST.deep_factor * distance.min(0.0).powi(2));
+                prop_assert_eq!(cost, COST.deep_factor * distance.min(0.0).powi(2) + COST.limit_factor * (distance + COST.limit_depth).min(0.0).powi(2));
             }
         }
     }
 
     #[test]
     fn at_its_kinks_the_slope_is_zero() {
+        assert_eq!(COST.core_slope_and_weight(COST.most_depth), (0.0, 0.0));
         let cutoff = CUTOFF * COST.reach - COST.depth;
         for distance in [-COST.depth, -COST.most_depth, cutoff + 1e-12] {
             assert_eq!(slope(distance, 1.0), 0.0);

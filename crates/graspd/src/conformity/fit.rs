@@ -1,14 +1,22 @@
 //! The fit: Levenberg-Marquardt within the limits of the joints.
 
-use graspd_geom::{Quaternion, SdfGrid, Vec3};
+use graspd_geom::{Quaternion, SdfGrid, SignedDistance, Vec3};
 use graspd_hand::{Hand, HandPose, clamp_to_limits};
 use nalgebra::{DMatrix, DVector};
 
+use super::core::HandCore;
+use super::field::{DistanceField, ExactNearSurface};
 use super::linearization::{Placement, PoseCost};
 use super::settings::{ConformitySettings, Stage};
 use super::skin::SkinSamples;
 use crate::GraspError;
 
+/// The projection looks at skin that is nearer to the object than this at its start \[m\].
+const NEAR: f64 = 2e-3;
+/// The projection takes distances below this from the mesh \[m\].
+const EXACT: f64 = 3e-4;
+/// Depths up to this many times those asked for will do.
+const EXCESS: f64 = 1.1;
 /// No step moves the base farther \[m\].
 const MOST_TRANSLATION: f64 = 0.01;
 /// No step turns the base farther \[rad\].
@@ -44,23 +52,15 @@ pub struct FittedHand {
     pub deepest: f64,
 }
 
-/// By how much a grasp that presses on one side only counts less than one that presses evenly from all sides.
-const IMBALANCE_DISCOUNT: f64 = 0.6;
-
-impl FittedHand {
-    /// How promising a coarse fit is, least first: its cost, discounted if it presses from one side only, from where a
-    /// hand can lean on an object but not hold it.
-    pub fn rating(&self) -> f64 {
-        self.cost.min(0.0) * (1.0 - IMBALANCE_DISCOUNT * self.imbalance) + self.cost.max(0.0)
-    }
-}
-
 /// Fits one hand to objects; its skin is sampled once.
 pub struct HandFitter<'a> {
     hand: &'a dyn Hand,
     settings: &'a ConformitySettings,
     coarse: SkinSamples,
     fine: SkinSamples,
+    dense: SkinSamples,
+    coarse_core: HandCore,
+    fine_core: HandCore,
 }
 
 impl<'a> HandFitter<'a> {
@@ -75,6 +75,9 @@ impl<'a> HandFitter<'a> {
             settings,
             coarse: SkinSamples::new(hand, settings.coarse_samples)?,
             fine: SkinSamples::new(hand, settings.fine_samples)?,
+            dense: SkinSamples::new(hand, settings.dense_samples)?,
+            coarse_core: HandCore::new(hand, settings.core_samples[0])?,
+            fine_core: HandCore::new(hand, settings.core_samples[1])?,
         })
     }
 
@@ -83,74 +86,110 @@ impl<'a> HandFitter<'a> {
         self.hand.mano_shape().is_none()
     }
 
+    /// How promising a fit is, least first: its cost, discounted if it presses from one side only, from where a
+    /// hand can lean on an object but not hold it.
+    pub fn rating(&self, fitted: &FittedHand) -> f64 {
+        let discount = self.settings.imbalance_discount * fitted.imbalance;
+        fitted.cost.min(0.0) * (1.0 - discount) + fitted.cost.max(0.0)
+    }
+
     /// How many starts are to be tried for each grasp.
     pub fn candidates(&self) -> usize {
         self.settings.candidates
     }
 
+    /// How many of them are tried at most until one ends shallow enough.
+    pub fn finalists(&self) -> usize {
+        self.settings.finalists
+    }
+
+    /// Whether no sampled skin is much deeper than the projection is to leave it.
+    pub fn is_shallow(&self, fitted: &FittedHand) -> bool {
+        fitted.deepest <= EXCESS * self.settings.deepest_of(self.is_rigid())
+    }
+
     /// Brings the hand to the object from a start some way off, with few points of its skin.
     pub fn coarse(&self, sdf: &SdfGrid, start: &HandPose) -> FittedHand {
         let stages = self.settings.coarse_stages(self.is_rigid());
-        fit_stages(self.hand, sdf, &self.coarse, self.settings, &stages, start)
+        self.run(sdf, &self.coarse, &self.coarse_core, &stages, start)
     }
 
     /// Fits a hand that touches already.
     pub fn fine(&self, sdf: &SdfGrid, start: &HandPose) -> FittedHand {
         let stages = self.settings.fine_stages(self.is_rigid());
-        fit_stages(self.hand, sdf, &self.fine, self.settings, &stages, start)
+        self.run(sdf, &self.fine, &self.fine_core, &stages, start)
     }
-}
 
-/// Runs the stages one after the other.
-///
-/// Within an iteration the cost is fixed and a step is taken only if it lowers it; from one iteration to the next the
-/// reach shrinks. Joints at a limit that the gradient pushes beyond it are left where they are for that step.
-fn fit_stages(
-    hand: &dyn Hand,
-    sdf: &SdfGrid,
-    skin: &SkinSamples,
-    settings: &ConformitySettings,
-    stages: &[Stage],
-    start: &HandPose,
-) -> FittedHand {
-    let mut cost_of = PoseCost::new(hand, sdf, skin, settings);
-    let mut pose = start.clone();
-    if let Some(limits) = hand.limits() {
-        clamp_to_limits(&mut pose.articulation, limits);
+    /// Pushes out what is deeper than allowed, with many points of the skin near the object and its mesh itself, whose
+    /// edges a grid rounds; what touches is kept.
+    pub fn project(&self, sdf: &SdfGrid, mesh: &SignedDistance, start: &HandPose) -> FittedHand {
+        let surface = self.hand.surface(start);
+        let mut near = self.dense.clone();
+        near.keep(|point| {
+            let (distance, _) = sdf.distance_and_normal(&self.dense.position(&surface, point));
+            distance < NEAR
+        });
+        let field = ExactNearSurface {
+            grid: sdf,
+            mesh,
+            band: EXACT,
+        };
+        let stages = self.settings.projection_stages(self.is_rigid());
+        self.run(&field, &near, &self.fine_core, &stages, start)
     }
-    let mut placement = cost_of.place(&pose);
-    let mut damping = DAMPING;
-    let mut last = f64::INFINITY;
-    for stage in stages {
-        for iteration in 0..stage.iterations {
-            let cost = stage.cost(iteration);
-            last = cost_of.value(&pose, &placement, &cost);
-            let (matrix, gradient) = cost_of.normal_equations(&pose, &placement, &cost);
-            let is_held = held_joints(hand, &pose, &gradient);
-            let mut is_better = false;
-            for _ in 0..ATTEMPTS {
-                let Some(step) = damped_step(&matrix, &gradient, &is_held, damping) else {
+
+    /// Runs the stages one after the other.
+    ///
+    /// Within an iteration the cost is fixed and a step is taken only if it lowers it; from one iteration to the next the
+    /// reach shrinks. Joints at a limit that the gradient pushes beyond it are left where they are for that step.
+    fn run(
+        &self,
+        field: &dyn DistanceField,
+        skin: &SkinSamples,
+        core: &HandCore,
+        stages: &[Stage],
+        start: &HandPose,
+    ) -> FittedHand {
+        let hand = self.hand;
+        let mut cost_of = PoseCost::new(hand, field, skin, core, self.settings);
+        let mut pose = start.clone();
+        if let Some(limits) = hand.limits() {
+            clamp_to_limits(&mut pose.articulation, limits);
+        }
+        let mut placement = cost_of.place(&pose);
+        let mut damping = DAMPING;
+        let mut last = f64::INFINITY;
+        for stage in stages {
+            for iteration in 0..stage.iterations {
+                let cost = stage.cost(iteration);
+                last = cost_of.value(&pose, &placement, &cost);
+                let (matrix, gradient) = cost_of.normal_equations(&pose, &placement, &cost);
+                let is_held = held_joints(hand, &pose, &gradient);
+                let mut is_better = false;
+                for _ in 0..ATTEMPTS {
+                    let Some(step) = damped_step(&matrix, &gradient, &is_held, damping) else {
+                        damping = (damping * TIGHTENING).min(MOST_DAMPING);
+                        continue;
+                    };
+                    let next = moved(hand, &pose, &step);
+                    let next_placement = cost_of.place(&next);
+                    let value = cost_of.value(&next, &next_placement, &cost);
+                    is_better = value < last;
+                    if is_better {
+                        (pose, placement, last) = (next, next_placement, value);
+                        damping = (damping * EASING).max(LEAST_DAMPING);
+                        break;
+                    }
                     damping = (damping * TIGHTENING).min(MOST_DAMPING);
-                    continue;
-                };
-                let next = moved(hand, &pose, &step);
-                let next_placement = cost_of.place(&next);
-                let value = cost_of.value(&next, &next_placement, &cost);
-                is_better = value < last;
-                if is_better {
-                    (pose, placement, last) = (next, next_placement, value);
-                    damping = (damping * EASING).max(LEAST_DAMPING);
-                    break;
                 }
-                damping = (damping * TIGHTENING).min(MOST_DAMPING);
-            }
-            if !is_better {
-                // The next iteration has another cost: what failed for this one says little about it.
-                damping = 1.0;
+                if !is_better {
+                    // The next iteration has another cost: what failed for this one says little about it.
+                    damping = 1.0;
+                }
             }
         }
+        fitted(skin, pose, &placement, last)
     }
-    fitted(skin, pose, &placement, last)
 }
 
 fn fitted(skin: &SkinSamples, pose: HandPose, placement: &Placement, cost: f64) -> FittedHand {

@@ -1,10 +1,11 @@
 //! The cost of a pose, and its normal equations.
 
-use graspd_geom::{SdfGrid, Vec3};
 use graspd_hand::{Hand, HandPose, HandScratch, PointBuffer};
 use nalgebra::{DMatrix, DVector, Vector3};
 
+use super::core::HandCore;
 use super::cost::SkinCost;
+use super::field::DistanceField;
 use super::settings::ConformitySettings;
 use super::skin::SkinSamples;
 
@@ -27,6 +28,18 @@ pub(super) struct Placement {
     /// How far each point faces the object: 0 to 1.
     facing: Vec<f64>,
     spheres: Vec<Vector3<f64>>,
+    balls: Vec<Ball>,
+}
+
+/// A ball of the hand's core near the object.
+#[derive(Clone, Copy, Debug)]
+struct Ball {
+    number: usize,
+    center: Vector3<f64>,
+    /// How much nearer the object is to its centre than its radius \[m\].
+    lack: f64,
+    /// The object's outward unit normal at its centre, or 0.
+    normal: Vector3<f64>,
 }
 
 /// Points nearer to the object than this count as touching it \[m\].
@@ -57,8 +70,9 @@ struct Overlap {
 /// The cost as a function of the pose: that of all points of the skin, of posture and of self-intersection.
 pub(super) struct PoseCost<'a> {
     hand: &'a dyn Hand,
-    sdf: &'a SdfGrid,
+    field: &'a dyn DistanceField,
     skin: &'a SkinSamples,
+    core: &'a HandCore,
     /// The relaxed posture and the weight of each joint's distance from it.
     posture: Vec<(f64, f64)>,
     intersection_factor: f64,
@@ -70,8 +84,9 @@ pub(super) struct PoseCost<'a> {
 impl<'a> PoseCost<'a> {
     pub(super) fn new(
         hand: &'a dyn Hand,
-        sdf: &'a SdfGrid,
+        field: &'a dyn DistanceField,
         skin: &'a SkinSamples,
+        core: &'a HandCore,
         settings: &ConformitySettings,
     ) -> Self {
         let joints = hand.open_articulation().len();
@@ -89,8 +104,9 @@ impl<'a> PoseCost<'a> {
         });
         Self {
             hand,
-            sdf,
+            field,
             skin,
+            core,
             posture: posture.collect(),
             intersection_factor: settings.intersection_weight / INTERSECTION_UNIT.powi(2),
             scratch: hand.new_scratch(),
@@ -103,14 +119,26 @@ impl<'a> PoseCost<'a> {
     pub(super) fn place(&mut self, pose: &HandPose) -> Placement {
         let surface = self.hand.surface(pose);
         let mut placement = Placement::default();
-        self.skin.positions(&surface, &mut placement.positions);
-        let outward = self.skin.normals(&surface);
-        for (position, outward) in placement.positions.iter().zip(outward) {
-            let (distance, gradient) = self.sdf.distance_and_gradient(Vec3::from(*position));
-            let normal = Vector3::from(gradient.normalize_or_zero());
+        for point in 0..self.skin.len() {
+            let (position, outward) = self.skin.point_and_normal(&surface, point);
+            let (distance, normal) = self.field.distance_and_normal(&position);
+            placement.positions.push(position);
             placement.distance.push(distance);
             placement.normal.push(normal);
             placement.facing.push((-outward.dot(&normal)).max(0.0));
+        }
+        for number in 0..self.core.len() {
+            let center = self.core.center(&surface, number);
+            let (distance, normal) = self.field.distance_and_normal(&center);
+            let lack = self.core.radius(number) - distance;
+            if lack > 0.0 {
+                placement.balls.push(Ball {
+                    number,
+                    center,
+                    lack,
+                    normal,
+                });
+            }
         }
         placement.spheres = self.sphere_centers(pose);
         placement
@@ -161,7 +189,10 @@ impl<'a> PoseCost<'a> {
             .sum();
         let overlaps = self.overlaps(placement);
         let overlap: f64 = overlaps.iter().map(|o| o.depth * o.depth).sum();
-        skin + posture + self.intersection_factor * overlap
+        let core: f64 = (placement.balls.iter())
+            .map(|ball| cost.core_value(ball.lack))
+            .sum();
+        skin + core + posture + self.intersection_factor * overlap
     }
 
     /// The Gauss-Newton matrix and the gradient of the cost by (translation, rotation vector in the object frame,
@@ -190,17 +221,33 @@ impl<'a> PoseCost<'a> {
             let lever = placement.positions[point] - origin;
             row.fixed_rows_mut::<3>(3).copy_from(&lever.cross(&normal));
         }
+        // (ball, slope and weight by the distance of its centre) of those that something has gone into.
+        let cut: Vec<(&Ball, f64, f64)> = (placement.balls.iter())
+            .filter_map(|ball| {
+                let (slope, weight) = cost.core_slope_and_weight(ball.lack);
+                (weight > 0.0).then_some((ball, slope, weight))
+            })
+            .collect();
+        let mut core_by_pose = DMatrix::<f64>::zeros(unknowns, cut.len());
+        for (mut row, &(ball, ..)) in core_by_pose.column_iter_mut().zip(&cut) {
+            row.fixed_rows_mut::<3>(0).copy_from(&ball.normal);
+            let lever = ball.center - origin;
+            row.fixed_rows_mut::<3>(3)
+                .copy_from(&lever.cross(&ball.normal));
+        }
         // A hand moved as a whole overlaps itself as before.
         let mut overlap_by_pose = DMatrix::<f64>::zeros(unknowns, overlaps.len());
         let mut moved = pose.clone();
-        let mut positions = Vec::new();
         for joint in 0..pose.articulation.len() {
             moved.articulation[joint] += DIFFERENCE;
             let surface = self.hand.surface(&moved);
-            self.skin.positions(&surface, &mut positions);
             for (column, &(point, ..)) in active.iter().enumerate() {
-                let change = positions[point] - placement.positions[point];
+                let change = self.skin.position(&surface, point) - placement.positions[point];
                 by_pose[(6 + joint, column)] = change.dot(&placement.normal[point]) / DIFFERENCE;
+            }
+            for (column, &(ball, ..)) in cut.iter().enumerate() {
+                let change = self.core.center(&surface, ball.number) - ball.center;
+                core_by_pose[(6 + joint, column)] = change.dot(&ball.normal) / DIFFERENCE;
             }
             if !overlaps.is_empty() {
                 let centers = self.sphere_centers(&moved);
@@ -217,6 +264,10 @@ impl<'a> PoseCost<'a> {
         let mut matrix = DMatrix::<f64>::zeros(unknowns, unknowns);
         let mut gradient = DVector::<f64>::zeros(unknowns);
         for (row, &(_, slope, weight)) in by_pose.column_iter().zip(&active) {
+            matrix.syger(weight, &row, &row, 1.0);
+            gradient.axpy(slope, &row, 1.0);
+        }
+        for (row, &(_, slope, weight)) in core_by_pose.column_iter().zip(&cut) {
             matrix.syger(weight, &row, &row, 1.0);
             gradient.axpy(slope, &row, 1.0);
         }

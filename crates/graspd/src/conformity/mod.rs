@@ -5,7 +5,9 @@
 //! all degrees of freedom of the hand: some 50 unknowns and a few thousand points of skin, in tens of iterations instead
 //! of thousands of gradient steps.
 
+mod core;
 mod cost;
+mod field;
 mod fit;
 mod linearization;
 mod settings;

@@ -11,14 +11,25 @@ use crate::GraspError;
 pub struct ConformitySettings {
     /// Starts that are tried for each grasp; the one that a coarse fit makes touch most is kept.
     pub candidates: usize,
+    /// How many of these, from the best on, are taken to the end at most: as long as none is shallow enough.
+    pub finalists: usize,
+    /// By how much a coarse fit that presses on one side only counts less than one that presses evenly from all sides,
+    /// when the best is chosen: 0 to 1.
+    pub imbalance_discount: f64,
     /// Points of the hand's skin in a coarse fit.
     pub coarse_samples: usize,
     /// Points of the hand's skin in the final fit.
     pub fine_samples: usize,
+    /// Balls inside the hand by which a wall is noticed that has cut into it, in coarse fits and afterwards.
+    pub core_samples: [usize; 2],
+    /// Points of the hand's skin in the projection; only those near the object count.
+    pub dense_samples: usize,
     /// Iterations of the coarse fit: from afar, and close to the surface.
     pub coarse_iterations: [usize; 2],
     /// Iterations of the final fit: drawing skin in, and then pushing out what is too deep.
     pub fine_iterations: [usize; 2],
+    /// Iterations of the projection.
+    pub projection_iterations: usize,
     /// Points farther from touching than about this are hardly drawn in any more: at the start of a coarse fit, at the
     /// end of its first part, at its end, at the start of the final fit, and at its end; falls exponentially.
     pub reach: [f64; 5],
@@ -32,6 +43,16 @@ pub struct ConformitySettings {
     pub depth_scale: f64,
     /// See there: in both parts of the coarse fit, and both of the final one.
     pub deep_weights: [f64; 4],
+    /// The greatest depth of soft skin that the projection leaves, where it can.
+    pub deepest: f64,
+    /// The same for rigid links.
+    pub rigid_deepest: f64,
+    /// A point that is `depth_scale` deeper than that costs this many times what one that touches gains.
+    pub limit_weight: f64,
+    /// What a ball of the hand's core costs that something is deeper in than allowed by `depth_scale`, in points of skin: in
+    /// both parts of the coarse fit, in the final one, and in the projection. At first hands may pass through edges on
+    /// their way around an object.
+    pub core_weights: [f64; 4],
     /// What each joint costs at a whole range from the relaxed posture, in points of skin.
     pub posture_weight: f64,
     /// What a self-intersection of 1 mm costs, in points of skin.
@@ -43,16 +64,25 @@ impl Default for ConformitySettings {
     fn default() -> Self {
         Self {
             candidates: 8,
+            finalists: 3,
+            imbalance_discount: 0.6,
             coarse_samples: 800,
             fine_samples: 5000,
+            core_samples: [800, 6000],
+            dense_samples: 40_000,
             coarse_iterations: [30, 20],
             fine_iterations: [40, 20],
+            projection_iterations: 10,
             reach: [5e-2, 5e-3, 1.5e-3, 2e-3, 8e-4],
             depth: 1.5e-4,
-            most_depth: 9e-4,
+            most_depth: 1.5e-3,
             rigid_most_depth: 4e-4,
             depth_scale: 4e-4,
             deep_weights: [0.02, 1.0, 1.0, 4.0],
+            deepest: 2.2e-3,
+            rigid_deepest: 6.5e-4,
+            limit_weight: 30.0,
+            core_weights: [0.01, 2.0, 0.33, 2.0],
             posture_weight: 2.0,
             intersection_weight: 1.0,
         }
@@ -78,16 +108,19 @@ impl ConformitySettings {
                 wanted,
             })
         };
-        let candidates = self.candidates as f64;
-        check(
-            "conformity.candidates",
-            candidates,
-            candidates >= 1.0,
-            "at least 1",
-        )?;
+        for (field, count) in [
+            ("conformity.candidates", self.candidates),
+            ("conformity.finalists", self.finalists),
+        ] {
+            check(field, count as f64, count >= 1, "at least 1")?;
+        }
+        let [coarse_core, fine_core] = self.core_samples;
         for (field, samples) in [
             ("conformity.coarse_samples", self.coarse_samples),
             ("conformity.fine_samples", self.fine_samples),
+            ("conformity.dense_samples", self.dense_samples),
+            ("conformity.core_samples", coarse_core),
+            ("conformity.core_samples", fine_core),
         ] {
             let is_allowed = (1..=MOST_SAMPLES).contains(&samples);
             check(field, samples as f64, is_allowed, "1 to 100000")?;
@@ -101,6 +134,25 @@ impl ConformitySettings {
         ] {
             check(field, most, most >= self.depth, "at least conformity.depth")?;
         }
+        for (field, deepest, most) in [
+            ("conformity.deepest", self.deepest, self.most_depth),
+            (
+                "conformity.rigid_deepest",
+                self.rigid_deepest,
+                self.rigid_most_depth,
+            ),
+        ] {
+            let wanted =
+                "at least the depth that the fit allows (conformity.most_depth, rigid_most_depth)";
+            check(field, deepest, deepest >= most, wanted)?;
+        }
+        let discount = self.imbalance_discount;
+        check(
+            "conformity.imbalance_discount",
+            discount,
+            (0.0..=1.0).contains(&discount),
+            "0 to 1",
+        )?;
         let scale = self.depth_scale;
         check(
             "conformity.depth_scale",
@@ -116,8 +168,17 @@ impl ConformitySettings {
                 "numbers >= 0",
             )?;
         }
+        for weight in self.core_weights {
+            check(
+                "conformity.core_weights",
+                weight,
+                weight >= 0.0,
+                "numbers >= 0",
+            )?;
+        }
         for (field, value) in [
             ("conformity.depth", self.depth),
+            ("conformity.limit_weight", self.limit_weight),
             ("conformity.posture_weight", self.posture_weight),
             ("conformity.intersection_weight", self.intersection_weight),
         ] {
@@ -129,7 +190,8 @@ impl ConformitySettings {
     /// The stages of the coarse fit.
     pub(super) fn coarse_stages(&self, is_rigid: bool) -> [Stage; 2] {
         let [far, near, touching, ..] = self.reach;
-        let cost = |part| self.cost(is_rigid, self.deep_weights[part]);
+        let cost =
+            |part: usize| self.cost(is_rigid, self.deep_weights[part], self.core_weights[part]);
         [
             Stage::new(self.coarse_iterations[0], [far, near], cost(0)),
             Stage::new(self.coarse_iterations[1], [near, touching], cost(1)),
@@ -139,15 +201,39 @@ impl ConformitySettings {
     /// The stages of the final fit.
     pub(super) fn fine_stages(&self, is_rigid: bool) -> [Stage; 2] {
         let [.., start, end] = self.reach;
-        let cost = |part| self.cost(is_rigid, self.deep_weights[part]);
+        let cost = |part: usize| self.cost(is_rigid, self.deep_weights[part], self.core_weights[2]);
         [
             Stage::new(self.fine_iterations[0], [start, end], cost(2)),
             Stage::new(self.fine_iterations[1], [end, end], cost(3)),
         ]
     }
 
-    /// The cost but for its reach.
-    fn cost(&self, is_rigid: bool, deep_weight: f64) -> SkinCost {
+    /// The stage of the projection.
+    pub(super) fn projection_stages(&self, is_rigid: bool) -> [Stage; 1] {
+        let end = self.reach[4];
+        let cost = SkinCost {
+            limit_factor: self.factor(self.limit_weight),
+            ..self.cost(is_rigid, self.deep_weights[3], self.core_weights[3])
+        };
+        [Stage::new(self.projection_iterations, [end, end], cost)]
+    }
+
+    /// The depth that the projection is to leave at most \[m\].
+    pub(super) fn deepest_of(&self, is_rigid: bool) -> f64 {
+        if is_rigid {
+            self.rigid_deepest
+        } else {
+            self.deepest
+        }
+    }
+
+    /// The factor on squared depths of a weight \[1/m^2\].
+    fn factor(&self, weight: f64) -> f64 {
+        weight / (self.depth_scale * self.depth_scale)
+    }
+
+    /// The cost but for its reach and what the projection adds.
+    fn cost(&self, is_rigid: bool, deep_weight: f64, core_weight: f64) -> SkinCost {
         SkinCost {
             reach: 0.0,
             depth: self.depth,
@@ -156,7 +242,10 @@ impl ConformitySettings {
             } else {
                 self.most_depth
             },
-            deep_factor: deep_weight / (self.depth_scale * self.depth_scale),
+            deep_factor: self.factor(deep_weight),
+            limit_depth: self.deepest_of(is_rigid),
+            limit_factor: 0.0,
+            core_factor: self.factor(core_weight),
         }
     }
 }

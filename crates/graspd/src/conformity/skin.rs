@@ -67,26 +67,31 @@ impl SkinSamples {
         self.area
     }
 
-    /// Where the points are on the posed surface.
-    pub(super) fn positions(&self, surface: &TriangleMesh, positions: &mut Vec<Vector3<f64>>) {
-        positions.clear();
-        positions.extend(self.places.iter().map(|place| {
-            let [a, b, c] = place.corners.map(|v| surface.vertices[v as usize].coords);
-            a * place.shares[0] + b * place.shares[1] + c * place.shares[2]
-        }));
+    /// Where a point is on the posed surface.
+    #[inline]
+    pub(super) fn position(&self, surface: &TriangleMesh, point: usize) -> Vector3<f64> {
+        let place = &self.places[point];
+        let [a, b, c] = place.corners.map(|v| surface.vertices[v as usize].coords);
+        a * place.shares[0] + b * place.shares[1] + c * place.shares[2]
     }
 
-    /// The outward unit normals of the points' faces.
-    pub(super) fn normals<'a>(
-        &'a self,
-        surface: &'a TriangleMesh,
-    ) -> impl Iterator<Item = Vector3<f64>> + 'a {
-        self.places.iter().map(|place| {
-            let [a, b, c] = place.corners.map(|v| surface.vertices[v as usize]);
-            let normal = (b - a).cross(&(c - a)).try_normalize(0.0);
-            // A face without an area faces nowhere.
-            normal.unwrap_or_default()
-        })
+    /// Where a point is, and the outward unit normal of its face; 0 for a face without an area, which faces nowhere.
+    pub(super) fn point_and_normal(
+        &self,
+        surface: &TriangleMesh,
+        point: usize,
+    ) -> (Vector3<f64>, Vector3<f64>) {
+        let [a, b, c] = self.places[point]
+            .corners
+            .map(|v| surface.vertices[v as usize]);
+        let normal = (b - a).cross(&(c - a)).try_normalize(0.0);
+        (self.position(surface, point), normal.unwrap_or_default())
+    }
+
+    /// Leaves out all points but those of these numbers.
+    pub(super) fn keep(&mut self, is_kept: impl Fn(usize) -> bool) {
+        let mut number = 0..;
+        self.places.retain(|_| number.next().is_some_and(&is_kept));
     }
 }
 

@@ -1,10 +1,11 @@
 //! Fitting a hand's skin to an object.
 
 use graspd::{
-    ConformitySettings, ExecutionSettings, HandFitter, RunSettings, SkinSamples, SynthesisSettings,
-    draw_start, fit_hand, synthesize_grasps,
+    ConformitySettings, ExecutionSettings, GraspObject, HandFitter, NamedMesh, RunSettings,
+    SkinSamples, SynthesisSettings, draw_start, fit_hand, synthesize_grasps,
 };
-use graspd_eval::EvaluationSettings;
+use graspd_eval::{EvaluationSettings, interpenetration_volume_cm3};
+use graspd_geom::SignedDistance;
 use graspd_hand::{Hand, HandPose, SkinnedHandOptions, human};
 
 use crate::fixtures::{CAN, HAND};
@@ -15,6 +16,8 @@ fn quick() -> ConformitySettings {
         candidates: 2,
         coarse_samples: 300,
         fine_samples: 600,
+        core_samples: [300, 1500],
+        dense_samples: 20_000,
         ..ConformitySettings::default()
     }
 }
@@ -35,13 +38,16 @@ fn hands_from_afar_wrap_the_object_and_stay_within_their_limits() {
     const DEEPEST: f64 = 2.5e-3;
     let human = human(&SkinnedHandOptions::default()).expect("the options are in range");
     // A tenth of the surface of a hand is a third of what can touch.
+    let settings = quick();
     for (hand, least_area) in [(&*HAND as &dyn Hand, 10e-4), (&human, 10e-4)] {
+        let fitter = HandFitter::new(hand, &settings).unwrap();
         for index in 0..2 {
             let start = start(hand, index);
-            let fitted = fit_hand(hand, CAN.simulated.sdf(), &start, &quick()).unwrap();
+            let fitted = fit_hand(hand, CAN.simulated.sdf(), &start, &settings).unwrap();
+            let rating = fitter.rating(&fitted);
             assert!(fitted.contact_area > least_area, "{}", fitted.contact_area);
             assert!(fitted.deepest < DEEPEST, "{}", fitted.deepest);
-            assert!(fitted.cost < 0.0 && fitted.cost <= fitted.rating() && fitted.rating() < 0.0);
+            assert!(fitted.cost < 0.0 && fitted.cost <= rating && rating < 0.0);
             assert!(
                 (0.0..1.0).contains(&fitted.imbalance),
                 "{}",
@@ -80,6 +86,55 @@ fn a_deep_hand_is_pushed_out() {
 }
 
 #[test]
+fn the_projection_bounds_the_depth_and_keeps_the_contact() {
+    let settings = quick();
+    let fitter = HandFitter::new(&*HAND, &settings).unwrap();
+    let sdf = CAN.simulated.sdf();
+    let fitted = fitter.fine(sdf, &fitter.coarse(sdf, &start(&*HAND, 0)).pose);
+    let idle = ConformitySettings {
+        projection_iterations: 0,
+        ..settings.clone()
+    };
+    // As deep as it is, seen by many points and by the mesh instead of a coarse grid.
+    let before =
+        (HandFitter::new(&*HAND, &idle).unwrap()).project(sdf, &CAN.distance, &fitted.pose);
+    assert_eq!(before.pose, fitted.pose);
+    assert!(!fitter.is_shallow(&before), "{}", before.deepest);
+    let after = fitter.project(sdf, &CAN.distance, &fitted.pose);
+    assert!(
+        after.deepest < 1.3 * settings.rigid_deepest,
+        "{}",
+        after.deepest
+    );
+    assert!(after.contact_area > 0.5 * before.contact_area);
+}
+
+#[test]
+fn walls_do_not_cut_into_fingers() {
+    let source = NamedMesh::load("bowl", 1.0).unwrap();
+    let bowl = GraspObject::prepare(source, 64, 1000.0, &|_| {}).unwrap();
+    let judge = SignedDistance::new(&bowl.source.mesh).unwrap();
+    // How much of the object is inside the hand, with and without the core's balls [cm^3].
+    let volume = |core_weights| {
+        let settings = ConformitySettings {
+            core_weights,
+            ..quick()
+        };
+        let fitter = HandFitter::new(&*HAND, &settings).unwrap();
+        let sdf = bowl.simulated.sdf();
+        let volumes = (0..2).map(|index| {
+            let start = draw_start(&bowl, &*HAND, &SynthesisSettings::default(), 0, index).unwrap();
+            let fitted = fitter.fine(sdf, &fitter.coarse(sdf, &start).pose);
+            let hand = SignedDistance::new(&HAND.surface(&fitted.pose)).unwrap();
+            interpenetration_volume_cm3(&hand, &judge, 1.5e-3)
+        });
+        volumes.sum::<f64>()
+    };
+    let (without, with) = (volume([0.0; 4]), volume(quick().core_weights));
+    assert!(with < 0.5 * without, "{with} {without}");
+}
+
+#[test]
 fn the_same_fit_gives_the_same_bits_and_starts_beyond_the_limits_are_taken_in() {
     let settings = quick();
     let mut beyond = start(&*HAND, 1);
@@ -103,7 +158,11 @@ fn a_hand_out_of_reach_stays_where_it_is() {
     let fitted = fit_hand(&*HAND, CAN.simulated.sdf(), &far, &settings).unwrap();
     assert_eq!(fitted.pose.translation, far.translation);
     assert_eq!((fitted.contact_area, fitted.deepest), (0.0, 0.0));
-    assert_eq!((fitted.imbalance, fitted.rating()), (1.0, fitted.cost));
+    let fitter = HandFitter::new(&*HAND, &settings).unwrap();
+    assert_eq!(
+        (fitted.imbalance, fitter.rating(&fitted)),
+        (1.0, fitted.cost)
+    );
 }
 
 #[test]
@@ -180,6 +239,41 @@ fn settings_out_of_range_are_named() {
             "deep_weights",
             ConformitySettings {
                 deep_weights: [-1.0; 4],
+                ..default.clone()
+            },
+        ),
+        (
+            "core_weights",
+            ConformitySettings {
+                core_weights: [f64::NAN; 4],
+                ..default.clone()
+            },
+        ),
+        (
+            "core_samples",
+            ConformitySettings {
+                core_samples: [800, 0],
+                ..default.clone()
+            },
+        ),
+        (
+            "rigid_deepest",
+            ConformitySettings {
+                rigid_deepest: 1e-4,
+                ..default.clone()
+            },
+        ),
+        (
+            "imbalance_discount",
+            ConformitySettings {
+                imbalance_discount: 1.5,
+                ..default.clone()
+            },
+        ),
+        (
+            "finalists",
+            ConformitySettings {
+                finalists: 0,
                 ..default.clone()
             },
         ),

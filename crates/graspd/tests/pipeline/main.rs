@@ -1,6 +1,9 @@
 //! The pipeline as its users see it: starts, synthesis, runs, ranking, records, summaries.
 
+mod ablation;
+mod annealing;
 mod conformity;
+mod diversity;
 mod execution;
 mod fixtures;
 mod object;

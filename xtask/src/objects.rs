@@ -1,11 +1,11 @@
-//! Which objects the experiment grasps.
+//! Which objects experiments grasp.
 
 use std::path::{Path, PathBuf};
 
 use anyhow::{Result, bail};
 
 /// The objects of the paper's Table 4.
-const PAPER_OBJECTS: [&str; 8] = [
+pub(crate) const TABLE4: [&str; 8] = [
     "001_chips_can",
     "002_master_chef_can",
     "005_tomato_soup_can",
@@ -15,21 +15,39 @@ const PAPER_OBJECTS: [&str; 8] = [
     "021_bleach_cleanser",
     "035_power_drill",
 ];
+/// Fourteen objects of the YCB set: those of Table 4, and other boxes, a banana, and thin walls.
+pub(crate) const YCB: [&str; 14] = [
+    "001_chips_can",
+    "002_master_chef_can",
+    "003_cracker_box",
+    "004_sugar_box",
+    "005_tomato_soup_can",
+    "006_mustard_bottle",
+    "008_pudding_box",
+    "010_potted_meat_can",
+    "011_banana",
+    "019_pitcher_base",
+    "021_bleach_cleanser",
+    "024_bowl",
+    "025_mug",
+    "035_power_drill",
+];
 /// What stands in for them where there are no scans.
 const BUILT_IN: [&str; 7] = ["can", "box", "bottle", "drill", "mug", "bowl", "banana"];
 
 /// An object and how the command is told of it.
 #[derive(Debug, PartialEq)]
-pub(super) struct Subject {
-    pub(super) name: String,
+pub(crate) struct Subject {
+    pub(crate) name: String,
     /// A file, or the name of a built-in object.
-    pub(super) argument: String,
+    pub(crate) argument: String,
     /// What readers of the table should know.
-    pub(super) note: Option<String>,
+    pub(crate) note: Option<String>,
 }
 
-/// The objects asked for, or the paper's: scans from `$GRASPD_YCB` or `../shared/data/ycb`, or else built-in shapes.
-pub(super) fn subjects(root: &Path, asked: &[String]) -> Result<Vec<Subject>> {
+/// The objects asked for, or else `usual`: scans from `$GRASPD_YCB` or `../shared/data/ycb`, or built-in shapes where
+/// there are none.
+pub(crate) fn subjects(root: &Path, asked: &[String], usual: &[&str]) -> Result<Vec<Subject>> {
     let given = std::env::var_os("GRASPD_YCB").map(PathBuf::from);
     let folder = given.unwrap_or_else(|| root.join("../shared/data/ycb"));
     if !folder.is_dir() {
@@ -55,7 +73,7 @@ pub(super) fn subjects(root: &Path, asked: &[String]) -> Result<Vec<Subject>> {
         return Ok(chosen);
     }
     let names: Vec<String> = if asked.is_empty() {
-        PAPER_OBJECTS.map(String::from).to_vec()
+        usual.iter().map(|name| (*name).to_owned()).collect()
     } else {
         asked.to_vec()
     };

@@ -1,20 +1,27 @@
-//! Ways of computing a step, side by side: {reverse tape, duals in f64, duals in lanes} x {Allegro, a skin of MANO's size
-//! with and without blendshapes, the built-in human hand} x {contact kernel, whole step, 7000 steps} x {1, 2 threads}.
+//! Ways of computing a step, side by side: {reverse tape, duals, derivative by hand; in f64 and in lanes} x {Allegro, a skin
+//! of MANO's size with and without blendshapes, the built-in human hand} x {contact kernel, whole step, 7000 steps} x {1, 2
+//! threads}.
 //!
 //! `cargo xtask bench` runs this and prints one table; `cargo bench -p graspd-tests --bench backends` runs it alone. All
 //! times are processor time of the thread that computes, so that other programs disturb them less. With two threads, each
 //! makes a grasp of its own and the time is the mean of both: half of it is what a grasp costs.
 
+mod by_hand;
+#[path = "../setting/mod.rs"]
 mod setting;
 
 use std::hint::black_box;
 use std::time::Duration;
 
-use criterion::{Criterion, SamplingMode, Throughput, criterion_group, criterion_main};
+use by_hand::ByHand;
+use criterion::measurement::WallTime;
+use criterion::{
+    BenchmarkGroup, Criterion, SamplingMode, Throughput, criterion_group, criterion_main,
+};
 use graspd::{Losses, SynthesisSettings, draw_start, synthesize};
-use graspd_ad::{Element, Real, Tape, Var};
+use graspd_ad::{Element, Real, Tape, Var, vectorize};
 use graspd_geom::Vec3;
-use graspd_hand::{Hand, HandPose, Kinematics, POINT_PADDING};
+use graspd_hand::{Hand, HandPose, Kinematics, POINT_PADDING, PointBuffer};
 use graspd_opt::{Adamax, AdamaxIteration, AdamaxSettings, Optimizer};
 use graspd_sim::{ContactState, ForceWeights, Precision, Scene, TargetRule, TargetWrenches, Twist};
 use rustix::time::{ClockId, clock_gettime};
@@ -185,6 +192,8 @@ fn kernel_of(criterion: &mut Criterion, setting: &Setting) {
             })
         });
     });
+    loss_alone::<f64>(&mut group, setting, "f64", |kernel| kernel.over::<f64>());
+    loss_alone::<f32>(&mut group, setting, &lanes, |kernel| vectorize(kernel));
     let mut four = FourPasses::<f64>::new(setting);
     group.bench_function("dual f64, four passes", |b| {
         b.iter_custom(|n| {
@@ -218,6 +227,44 @@ fn kernel_of(criterion: &mut Criterion, setting: &Setting) {
         });
     });
     group.finish();
+}
+
+/// L_phys and its derivative by the contact positions, every contact with all its derivatives: by duals and by hand.
+fn loss_alone<E: Precision>(
+    group: &mut BenchmarkGroup<'_, WallTime>,
+    setting: &Setting,
+    backend: &str,
+    run: fn(ByHand<'_, E>) -> f64,
+) where
+    for<'h> dyn Hand + 'h: Kinematics<E>,
+{
+    let mut scene = setting.scene::<E>();
+    let targets = vec![E::constant(0.5); scene.wrench_len()];
+    group.bench_function(format!("dual {backend}, L_phys alone"), |b| {
+        b.iter_custom(|n| {
+            time(n, || {
+                black_box(scene.physics_loss(black_box(&targets)));
+            })
+        });
+    });
+    let weight = &setting.hand.contact_points().weight;
+    let weight: Vec<E> = weight.iter().map(|&w| E::constant(f64::from(w))).collect();
+    let mut gradient = PointBuffer::zeros(weight.len());
+    group.bench_function(format!("by hand {backend}, L_phys alone"), |b| {
+        b.iter_custom(|n| {
+            time(n, || {
+                black_box(run(ByHand {
+                    object: &setting.object.simulated,
+                    velocities: &setting.simulation.velocities,
+                    contact: &setting.simulation.contact,
+                    points: scene.contacts(),
+                    weight: &weight,
+                    targets: black_box(&targets),
+                    gradient: &mut gradient,
+                }));
+            })
+        });
+    });
 }
 
 /// Processor time of `count` steps of a synthesis, between the first observation and the last.
@@ -256,6 +303,9 @@ fn whole_step(criterion: &mut Criterion) {
         group.bench_function("f64, 1 thread", |b| {
             b.iter_custom(|n| time_steps::<f64>(&setting, n));
         });
+        group.bench_function("f64, 2 threads", |b| {
+            b.iter_custom(|n| on_two_threads(|| time_steps::<f64>(&setting, n)));
+        });
         group.bench_function(format!("{lanes}, 1 thread"), |b| {
             b.iter_custom(|n| time_steps::<f32>(&setting, n));
         });
@@ -280,12 +330,22 @@ fn whole_synthesis(criterion: &mut Criterion) {
             let mut group = criterion.benchmark_group(name);
             group.sampling_mode(SamplingMode::Flat);
             group.sample_size(10);
+            // All steps of one synthesis, for each sample's iterations.
+            let whole = |n: u64, make: &dyn Fn() -> Duration| (0..n).map(|_| make()).sum();
+            let steps = SYNTHESIS as u64 - 1;
+            let single = || time_steps::<f32>(&setting, steps);
+            let double = || time_steps::<f64>(&setting, steps);
             group.bench_function(format!("{lanes}, 1 thread"), |b| {
-                b.iter_custom(|n| {
-                    let runs = (0..n).map(|_| time_steps::<f32>(&setting, SYNTHESIS as u64 - 1));
-                    runs.sum()
-                });
+                b.iter_custom(|n| whole(n, &single));
             });
+            group.bench_function(format!("{lanes}, 2 threads"), |b| {
+                b.iter_custom(|n| whole(n, &|| on_two_threads(single)));
+            });
+            if setting.settings.preset == "paper" {
+                group.bench_function("f64, 1 thread", |b| {
+                    b.iter_custom(|n| whole(n, &double));
+                });
+            }
             group.finish();
         }
     }

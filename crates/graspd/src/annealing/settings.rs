@@ -1,0 +1,90 @@
+//! What the annealing depends on.
+
+use serde::{Deserialize, Serialize};
+
+use crate::GraspError;
+
+/// Simulated annealing of a hand's base and eigengrasp amplitudes on the contact energy, see [`anneal`](super::anneal).
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct AnnealingSettings {
+    /// How many eigengrasp amplitudes are searched, at most 2.
+    pub amplitudes: usize,
+    /// Points of the palm's side of the hand that should touch.
+    pub virtual_contacts: usize,
+    /// Points of the hand that must not enter the object while the search goes on.
+    pub checked_points: usize,
+    /// What a contact that faces at right angles to the object costs, as a distance \[m\]; GraspIt!: 0.05.
+    pub alignment: f64,
+    /// How far from the object the base's position is searched, beyond its largest radius \[m\].
+    pub reach: f64,
+    /// The search's best states, so many, are closed, and of these the one of the greatest epsilon is taken.
+    pub kept: usize,
+    /// States closer than this to a better one are not kept: mean distance of the virtual contacts \[m\].
+    pub apart: f64,
+    /// How far the approaching hand may have to go to touch \[m\].
+    pub approach: f64,
+    /// Closing joints stop where a point is this deep in the object \[m\]; the judge counts what is inside as contact.
+    pub contact_depth: f64,
+    /// Friction coefficient for epsilon.
+    pub friction: f64,
+}
+
+impl Default for AnnealingSettings {
+    fn default() -> Self {
+        Self {
+            amplitudes: 2,
+            virtual_contacts: 40,
+            checked_points: 600,
+            alignment: 0.05,
+            reach: 0.25,
+            kept: 10,
+            apart: 0.01,
+            approach: 0.05,
+            contact_depth: 5e-4,
+            friction: 0.8,
+        }
+    }
+}
+
+impl AnnealingSettings {
+    /// Checks every field.
+    ///
+    /// # Errors
+    /// [`GraspError::InvalidSetting`] naming the field.
+    pub fn validate(&self) -> Result<(), GraspError> {
+        let invalid = |field, value, wanted| {
+            Err(GraspError::InvalidSetting {
+                field,
+                value,
+                wanted,
+            })
+        };
+        if !(1..=2).contains(&self.amplitudes) {
+            let value = self.amplitudes as f64;
+            return invalid("annealing.amplitudes", value, "1 or 2");
+        }
+        for (field, count) in [
+            ("annealing.virtual_contacts", self.virtual_contacts),
+            ("annealing.checked_points", self.checked_points),
+            ("annealing.kept", self.kept),
+        ] {
+            if count == 0 {
+                return invalid(field, 0.0, "at least 1");
+            }
+        }
+        for (field, value) in [
+            ("annealing.alignment", self.alignment),
+            ("annealing.reach", self.reach),
+            ("annealing.apart", self.apart),
+            ("annealing.approach", self.approach),
+            ("annealing.contact_depth", self.contact_depth),
+            ("annealing.friction", self.friction),
+        ] {
+            if !(value.is_finite() && value >= 0.0) {
+                return invalid(field, value, "a number >= 0");
+            }
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,145 @@
+//! How one start becomes the pose of a grasp: by the simulation alone, by fits before and after it, or by annealing.
+
+use graspd_hand::{Hand, HandPose};
+
+use crate::GraspError;
+use crate::annealing::{AnnealingSettings, anneal};
+use crate::conformity::{FittedHand, HandFitter};
+use crate::object::GraspObject;
+use crate::preset::SynthesisSettings;
+use crate::run::{RunObserver, TrajectoryPoint, draw_start};
+use crate::start::start_rng;
+use crate::synthesis::{Losses, Synthesis, synthesize};
+
+/// Where one grasp comes from.
+#[derive(Clone, Copy)]
+pub(crate) struct Job<'a> {
+    pub(crate) object: &'a GraspObject,
+    pub(crate) hand: &'a dyn Hand,
+    pub(crate) settings: &'a SynthesisSettings,
+    pub(crate) seed: u64,
+    pub(crate) index: usize,
+    pub(crate) trajectory_every: Option<usize>,
+    pub(crate) observer: &'a dyn RunObserver,
+}
+
+/// The pose that came of a start.
+pub(crate) struct Attempt {
+    pub(crate) pose: HandPose,
+    /// `None` if nothing was simulated.
+    pub(crate) synthesis: Option<Synthesis>,
+    pub(crate) trajectory: Vec<TrajectoryPoint>,
+}
+
+impl Job<'_> {
+    fn start(&self, number: usize) -> Result<HandPose, GraspError> {
+        draw_start(self.object, self.hand, self.settings, self.seed, number)
+    }
+
+    /// Simulated annealing, the baseline.
+    pub(crate) fn anneal(&self, annealing: &AnnealingSettings) -> Result<Attempt, GraspError> {
+        let start = self.start(self.index)?;
+        let name = format!("{}, annealing", self.hand.name());
+        let mut rng = start_rng(self.seed, &self.object.source.name, &name, self.index);
+        let mut observe = |step: usize| self.observer.step(self.index, step);
+        let steps = self.settings.steps;
+        let (hand, object) = (self.hand, self.object);
+        let pose = anneal(
+            hand,
+            object,
+            &start,
+            annealing,
+            steps,
+            &mut rng,
+            &mut observe,
+        )?;
+        Ok(Attempt {
+            pose,
+            synthesis: None,
+            trajectory: Vec::new(),
+        })
+    }
+
+    /// The paper's optimisation, from the start of this number.
+    pub(crate) fn simulate_from_start(&self) -> Result<Attempt, GraspError> {
+        self.simulate(self.start(self.index)?)
+    }
+
+    fn simulate(&self, start: HandPose) -> Result<Attempt, GraspError> {
+        let mut trajectory = Vec::new();
+        let mut observe = |step: usize, pose: &HandPose, losses: &Losses| {
+            self.observer.step(self.index, step);
+            let is_kept = |every: usize| step.is_multiple_of(every.max(1));
+            if self.trajectory_every.is_some_and(is_kept) {
+                trajectory.push(TrajectoryPoint {
+                    step,
+                    pose: pose.clone(),
+                    losses: *losses,
+                });
+            }
+        };
+        let object = &self.object.simulated;
+        let made = synthesize::<f32>(self.hand, object, start, self.settings, &mut observe)?;
+        if !is_finite(&made) {
+            return Err(GraspError::Diverged { index: self.index });
+        }
+        Ok(Attempt {
+            pose: made.pose.clone(),
+            synthesis: Some(made),
+            trajectory,
+        })
+    }
+
+    /// Fits the hand from several starts, and takes the most promising through the simulation, a final fit and the
+    /// projection. If it is too deep even so, the next ones are tried, and the best is kept.
+    pub(crate) fn fit_and_simulate(&self, fitter: &HandFitter<'_>) -> Result<Attempt, GraspError> {
+        let sdf = self.object.simulated.sdf();
+        let mut best: Option<(f64, Attempt)> = None;
+        for candidate in self
+            .candidates(fitter)?
+            .into_iter()
+            .take(fitter.finalists())
+        {
+            let mut attempt = self.simulate(candidate.pose)?;
+            let fitted = fitter.fine(sdf, &attempt.pose);
+            let projected = fitter.project(sdf, &self.object.distance, &fitted.pose);
+            let rating = fitter.rating(&projected);
+            let is_shallow = fitter.is_shallow(&projected);
+            attempt.pose = projected.pose;
+            if is_shallow {
+                return Ok(attempt);
+            }
+            if best.as_ref().is_none_or(|(least, _)| rating < *least) {
+                best = Some((rating, attempt));
+            }
+        }
+        match best {
+            Some((_, attempt)) => Ok(attempt),
+            None => self.simulate_from_start(),
+        }
+    }
+
+    /// Coarse fits from the starts that belong to this grasp, most promising first: those whose numbers are `candidates`
+    /// times the grasp's and the next.
+    fn candidates(&self, fitter: &HandFitter<'_>) -> Result<Vec<FittedHand>, GraspError> {
+        let sdf = self.object.simulated.sdf();
+        let first = self.index.saturating_mul(fitter.candidates());
+        let mut fitted = (0..fitter.candidates())
+            .map(|candidate| Ok(fitter.coarse(sdf, &self.start(first.saturating_add(candidate))?)))
+            .collect::<Result<Vec<_>, GraspError>>()?;
+        fitted.sort_by(|a, b| fitter.rating(a).total_cmp(&fitter.rating(b)));
+        Ok(fitted)
+    }
+}
+
+/// Whether the optimisation ended in numbers; infinite ones become NaN within a step or two.
+fn is_finite(synthesis: &Synthesis) -> bool {
+    let Synthesis { pose, losses, .. } = synthesis;
+    let (t, q) = (pose.translation, pose.rotation);
+    [t.x, t.y, t.z, q.w, q.x, q.y, q.z]
+        .iter()
+        .chain(&pose.articulation)
+        .chain(&[losses.physics, losses.task, losses.range])
+        .chain(&[losses.limit, losses.intersection])
+        .all(|number| number.is_finite())
+}
