@@ -15,7 +15,7 @@ pub(crate) struct Subject {
 }
 
 pub(crate) enum MadeOf {
-    Links(ArticulatedHand),
+    Links(Box<ArticulatedHand>),
     Skin(Box<SkinnedHand>),
 }
 
@@ -23,7 +23,7 @@ impl Subject {
     /// The hand itself, as `graspd synth` takes it.
     pub(crate) fn hand(&self) -> Box<dyn Hand> {
         match (&self.made_of, self.is_mirrored) {
-            (MadeOf::Links(hand), false) => Box::new(hand.clone()),
+            (MadeOf::Links(hand), false) => hand.clone(),
             (MadeOf::Links(hand), true) => Box::new(hand.mirrored()),
             (MadeOf::Skin(hand), false) => hand.clone(),
             (MadeOf::Skin(hand), true) => Box::new(MirroredHand::new(hand.clone())),
@@ -119,10 +119,10 @@ impl Row {
     /// The hand of this row; `None` if its file is not there.
     pub(crate) fn subject(&self) -> Result<Option<Subject>, Box<dyn Error>> {
         let made_of = match self.source {
-            Source::Links(make) => MadeOf::Links(make(&HandOptions::default())?),
+            Source::Links(make) => MadeOf::Links(Box::new(make(&HandOptions::default())?)),
             Source::Human => MadeOf::Skin(Box::new(human(&SkinnedHandOptions::default())?)),
             Source::Urdf(path) => match shared_file(path) {
-                Some(file) => MadeOf::Links(load_urdf(file, &UrdfOptions::default())?),
+                Some(file) => MadeOf::Links(Box::new(load_urdf(file, &UrdfOptions::default())?)),
                 None => return Ok(None),
             },
             Source::Npz(path) => match shared_file(path) {

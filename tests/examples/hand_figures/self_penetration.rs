@@ -48,7 +48,7 @@ impl<'a> SelfPenetration<'a> {
         let deepest = allowed.max_by(|(_, (a, _)), (_, (b, _))| a.total_cmp(b));
         let (pair, depth) = deepest.map_or((0, 0.0), |(pair, (depth, _))| (pair, depth));
         let (hand, names): (&dyn Hand, &[String]) = match self.hand {
-            MadeOf::Links(hand) => (hand, hand.body_names()),
+            MadeOf::Links(hand) => (&**hand, hand.body_names()),
             MadeOf::Skin(hand) => (&**hand, &self.digits),
         };
         Ok(Overlap {
