@@ -82,13 +82,13 @@ fn contact_kernels(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group(format!("contact wrenches, {}", bench.size()));
     group.throughput(Throughput::Elements(contacts));
     wrenches::<f64>(&mut group, &bench, REFERENCE_BACKEND);
-    wrenches::<f32>(&mut group, &bench, fast_backend());
+    wrenches::<f32>(&mut group, &bench, &fast_backend());
     group.finish();
 
     let mut group = criterion.benchmark_group(format!("L_phys and gradient, {}", bench.size()));
     group.throughput(Throughput::Elements(contacts));
     physics_loss::<f64>(&mut group, &bench, REFERENCE_BACKEND);
-    physics_loss::<f32>(&mut group, &bench, fast_backend());
+    physics_loss::<f32>(&mut group, &bench, &fast_backend());
     group.finish();
 }
 
@@ -162,12 +162,12 @@ fn kinematics(criterion: &mut Criterion) {
 
     let mut group = criterion.benchmark_group(format!("kinematics forward, {size}"));
     forward::<f64>(&mut group, &bench, REFERENCE_BACKEND);
-    forward::<f32>(&mut group, &bench, fast_backend());
+    forward::<f32>(&mut group, &bench, &fast_backend());
     group.finish();
 
     let mut group = criterion.benchmark_group(format!("kinematics pullback, {size}"));
     pullback::<f64>(&mut group, &bench, REFERENCE_BACKEND);
-    pullback::<f32>(&mut group, &bench, fast_backend());
+    pullback::<f32>(&mut group, &bench, &fast_backend());
     group.finish();
 }
 

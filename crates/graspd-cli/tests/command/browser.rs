@@ -283,7 +283,7 @@ impl Page {
                     assert_ne!(parameters["entry"]["level"], "error", "{parameters}");
                 }
                 "Runtime.consoleAPICalled" => {
-                    assert_ne!(parameters["type"], "error", "{parameters}")
+                    assert_ne!(parameters["type"], "error", "{parameters}");
                 }
                 "Network.requestWillBeSent" => {
                     let url = parameters["request"]["url"].as_str().unwrap();

@@ -2,7 +2,7 @@
 
 use graspd_geom::{Quaternion, Vec3};
 use graspd_hand::{
-    Hand, HandPose, Kinematics, MirroredHand, PointBuffer, allegro, barrett, builtin_hand, leap,
+    Hand, HandPose, MirroredHand, PointBuffer, allegro, barrett, builtin_hand, leap,
 };
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
