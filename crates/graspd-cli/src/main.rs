@@ -7,9 +7,12 @@ mod table;
 
 use std::process::ExitCode;
 
-use clap::{Parser, Subcommand};
+use clap::{CommandFactory, Parser, Subcommand};
 
-use commands::{cache, eval, gws, hands, objects, reconstruct, repair, scan, sdf, synth};
+use commands::{
+    batch, cache, configuration, eval, export, gws, hands, objects, reconstruct, repair, scan, sdf,
+    shell, synth,
+};
 
 /// Synthesises contact-rich grasps for multi-fingered hands by optimising through a differentiable contact simulation.
 #[derive(Parser)]
@@ -23,8 +26,12 @@ struct Cli {
 enum Command {
     /// Synthesise, evaluate and rank grasps of an object (with no OBJECT: of a built-in mug)
     Synth(synth::Arguments),
+    /// Make a dataset: many objects and hands, restartable at any point
+    Batch(batch::Arguments),
     /// Evaluate grasps already made, by anyone
     Eval(eval::Arguments),
+    /// Write grasps as Parquet, NumPy, MuJoCo scenes, glTF or CSV
+    Export(export::Arguments),
     /// Epsilon and volume of a set of wrenches
     Gws(gws::Arguments),
     /// Write the signed distance grid of an object
@@ -41,12 +48,20 @@ enum Command {
     Hands(hands::Arguments),
     /// List the built-in objects
     Objects(objects::Arguments),
+    /// Tell the settings that a run would have, and where each comes from
+    Config(configuration::Arguments),
+    /// Print completions for a shell
+    Completions(shell::CompletionArguments),
+    /// Write manual pages
+    Man(shell::ManArguments),
 }
 
 fn main() -> ExitCode {
     let result = match Cli::parse().command {
         Command::Synth(arguments) => synth::run(&arguments),
+        Command::Batch(arguments) => batch::run(&arguments),
         Command::Eval(arguments) => eval::run(&arguments),
+        Command::Export(arguments) => export::run(&arguments),
         Command::Gws(arguments) => gws::run(&arguments),
         Command::Sdf(arguments) => sdf::run(&arguments),
         Command::Repair(arguments) => repair::run(&arguments),
@@ -55,6 +70,9 @@ fn main() -> ExitCode {
         Command::Cache(arguments) => cache::run(&arguments),
         Command::Hands(arguments) => hands::run(&arguments),
         Command::Objects(arguments) => objects::run(&arguments),
+        Command::Config(arguments) => configuration::run(&arguments),
+        Command::Completions(arguments) => shell::completions(&arguments, Cli::command()),
+        Command::Man(arguments) => shell::man(&arguments, Cli::command()),
     };
     match result {
         Ok(()) => ExitCode::SUCCESS,

@@ -2,7 +2,7 @@
 
 use graspd_geom::Vec3;
 use graspd_hand::{Hand, HandPose, PointBuffer, PoseGradient, clamp_to_limits};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use crate::GraspError;
 use crate::approach::PathProbe;
@@ -14,7 +14,8 @@ const CONTACT_BAND: f64 = 5e-4;
 const LEAST_LEVER: f64 = 0.01;
 
 /// How pre-grasps and squeezes are made from grasps.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct ExecutionSettings {
     /// How far the opened hand stands back along the approach \[m\].
     pub retreat: f64,

@@ -57,7 +57,9 @@
 //! Poses map hand-base coordinates into the object's mesh coordinates; lengths are metres.
 
 mod approach;
+mod batch;
 mod bootstrap;
+mod configuration;
 mod conformity;
 mod error;
 mod execution;
@@ -71,6 +73,15 @@ mod start;
 mod summary;
 mod synthesis;
 
+pub use batch::{
+    BatchFolder, BatchInput, BatchManifest, BatchObserver, BatchPlan, BatchTally, DatasetSummary,
+    HOLDS_BELOW_CM, ObjectLoader, PlannedObject, PlannedRun, RunRow, RunState, Shard, StartFailure,
+    StartOutcome, grasp_files, run_batch,
+};
+pub use configuration::{
+    Configuration, ConfigurationEntry, ConfigurationLayers, Origin, Parameter,
+    ResolvedConfiguration, parameter,
+};
 pub use conformity::{ConformitySettings, FittedHand, HandFitter, SkinCost, SkinSamples, fit_hand};
 pub use error::GraspError;
 pub use execution::{
@@ -83,7 +94,9 @@ pub use record::{
     GraspRecord, OptimizerRecord, PreGrasp, RecordedPose, SCHEMA, Seconds, Squeeze, named_joints,
 };
 pub use record_file::{read_records, write_atomically, write_records};
-pub use run::{Grasp, RunObserver, RunSettings, TrajectoryPoint, draw_start, synthesize_grasps};
+pub use run::{
+    Grasp, GraspMaker, RunObserver, RunSettings, TrajectoryPoint, draw_start, synthesize_grasps,
+};
 pub use start::{PAPER_STANDOFF, initial_pose, start_rng, transform_object_hand};
 pub use summary::{MetricMeans, Summary};
 pub use synthesis::{Losses, Synthesis, synthesize};

@@ -138,20 +138,11 @@ pub fn synthesize_grasps(
     run: &RunSettings,
     observer: &dyn RunObserver,
 ) -> Result<Vec<Grasp>, GraspError> {
-    settings.validate()?;
-    run.validate()?;
     let judged = ObjectUnderTest::new(&object.source.mesh)?.with_cache(object.cache.clone());
-    let fitter = (settings.conformity.as_ref())
-        .map(|conformity| HandFitter::new(hand, conformity))
-        .transpose()?;
-    let fitter = fitter.as_ref();
+    let maker = GraspMaker::new(object, &judged, hand, settings, run)?;
     let mut grasps = (0..run.count)
         .into_par_iter()
-        .map(|index| {
-            one_grasp(
-                object, &judged, hand, fitter, settings, run, index, observer,
-            )
-        })
+        .map(|index| maker.grasp(index, observer))
         .collect::<Result<Vec<_>, _>>()?;
 
     let mut records: Vec<_> = grasps.iter().map(|grasp| grasp.record.clone()).collect();
@@ -192,61 +183,105 @@ fn best_fitted_start(
     }
 }
 
-#[allow(clippy::too_many_arguments)]
-fn one_grasp(
-    object: &GraspObject,
-    judged: &ObjectUnderTest,
-    hand: &dyn Hand,
-    fitter: Option<&HandFitter<'_>>,
-    settings: &SynthesisSettings,
-    run: &RunSettings,
-    index: usize,
-    observer: &dyn RunObserver,
-) -> Result<Grasp, GraspError> {
-    let started = Instant::now();
-    let start = match fitter {
-        Some(fitter) => best_fitted_start(object, hand, fitter, settings, run.seed, index)?,
-        None => draw_start(object, hand, settings, run.seed, index)?,
-    };
-    let mut trajectory = Vec::new();
-    let mut observe = |step: usize, pose: &HandPose, losses: &Losses| {
-        observer.step(index, step);
-        if run
-            .trajectory_every
-            .is_some_and(|every| step.is_multiple_of(every.max(1)))
-        {
-            trajectory.push(TrajectoryPoint {
-                step,
-                pose: pose.clone(),
-                losses: *losses,
-            });
-        }
-    };
-    let mut synthesis = synthesize::<f32>(hand, &object.simulated, start, settings, &mut observe)?;
-    if !is_finite(&synthesis) {
-        return Err(GraspError::Diverged { index });
-    }
-    if let Some(fitter) = fitter {
-        synthesis.pose = fitter.fine(object.simulated.sdf(), &synthesis.pose).pose;
-    }
-    let synthesis_seconds = started.elapsed().as_secs_f64();
+/// Makes the grasps of one hand on one object, one start at a time and in any order.
+///
+/// [`synthesize_grasps`] makes all of a run's; this is for who wants some of them, or each as soon as it is done.
+pub struct GraspMaker<'a> {
+    object: &'a GraspObject,
+    judged: &'a ObjectUnderTest,
+    hand: &'a dyn Hand,
+    fitter: Option<HandFitter<'a>>,
+    settings: &'a SynthesisSettings,
+    run: &'a RunSettings,
+}
 
-    let started = Instant::now();
-    let metrics = evaluate(judged, &hand.surface(&synthesis.pose), &run.evaluation)?;
-    let seconds = Seconds {
-        synthesis: synthesis_seconds,
-        evaluation: started.elapsed().as_secs_f64(),
-    };
-    let mut record = record_of(object, hand, settings, &run.execution, &synthesis, index);
-    record.seed = Some(run.seed);
-    record.metrics = Some(metrics);
-    record.seconds = Some(seconds);
-    observer.finished(&record);
-    Ok(Grasp {
-        record,
-        pose: synthesis.pose,
-        trajectory,
-    })
+impl<'a> GraspMaker<'a> {
+    /// `judged`: the same object, as the judge sees it; many makers may share it.
+    ///
+    /// # Errors
+    /// If a setting is out of range.
+    pub fn new(
+        object: &'a GraspObject,
+        judged: &'a ObjectUnderTest,
+        hand: &'a dyn Hand,
+        settings: &'a SynthesisSettings,
+        run: &'a RunSettings,
+    ) -> Result<Self, GraspError> {
+        settings.validate()?;
+        run.validate()?;
+        let fitter = (settings.conformity.as_ref())
+            .map(|conformity| HandFitter::new(hand, conformity))
+            .transpose()?;
+        Ok(Self {
+            object,
+            judged,
+            hand,
+            fitter,
+            settings,
+            run,
+        })
+    }
+
+    /// The grasp of start `index`, judged but not ranked: the same, timings apart, whatever was made before.
+    ///
+    /// # Errors
+    /// If the optimisation diverges.
+    pub fn grasp(&self, index: usize, observer: &dyn RunObserver) -> Result<Grasp, GraspError> {
+        let Self {
+            object,
+            judged,
+            hand,
+            settings,
+            run,
+            ..
+        } = *self;
+        let fitter = self.fitter.as_ref();
+        let started = Instant::now();
+        let start = match fitter {
+            Some(fitter) => best_fitted_start(object, hand, fitter, settings, run.seed, index)?,
+            None => draw_start(object, hand, settings, run.seed, index)?,
+        };
+        let mut trajectory = Vec::new();
+        let mut observe = |step: usize, pose: &HandPose, losses: &Losses| {
+            observer.step(index, step);
+            if run
+                .trajectory_every
+                .is_some_and(|every| step.is_multiple_of(every.max(1)))
+            {
+                trajectory.push(TrajectoryPoint {
+                    step,
+                    pose: pose.clone(),
+                    losses: *losses,
+                });
+            }
+        };
+        let mut synthesis =
+            synthesize::<f32>(hand, &object.simulated, start, settings, &mut observe)?;
+        if !is_finite(&synthesis) {
+            return Err(GraspError::Diverged { index });
+        }
+        if let Some(fitter) = fitter {
+            synthesis.pose = fitter.fine(object.simulated.sdf(), &synthesis.pose).pose;
+        }
+        let synthesis_seconds = started.elapsed().as_secs_f64();
+
+        let started = Instant::now();
+        let metrics = evaluate(judged, &hand.surface(&synthesis.pose), &run.evaluation)?;
+        let seconds = Seconds {
+            synthesis: synthesis_seconds,
+            evaluation: started.elapsed().as_secs_f64(),
+        };
+        let mut record = record_of(object, hand, settings, &run.execution, &synthesis, index);
+        record.seed = Some(run.seed);
+        record.metrics = Some(metrics);
+        record.seconds = Some(seconds);
+        observer.finished(&record);
+        Ok(Grasp {
+            record,
+            pose: synthesis.pose,
+            trajectory,
+        })
+    }
 }
 
 /// Whether the optimisation ended in numbers; infinite ones become NaN within a step or two.

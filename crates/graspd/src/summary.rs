@@ -52,9 +52,11 @@ pub struct Summary {
     pub all: MetricMeans,
     /// Median over all grasps, by metric.
     pub median: MetricMeans,
-    /// Mean seconds of a synthesis on its thread.
+    /// Mean seconds of a synthesis on its thread; 0 in a batch, whose timings are apart.
+    #[serde(default)]
     pub mean_synthesis_seconds: f64,
     /// Mean seconds of an evaluation on its thread.
+    #[serde(default)]
     pub mean_evaluation_seconds: f64,
 }
 

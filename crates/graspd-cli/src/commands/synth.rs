@@ -8,19 +8,19 @@ use std::time::Instant;
 
 use anyhow::{Result, bail};
 use clap::Args;
-use clap::builder::{NonEmptyStringValueParser, PossibleValuesParser};
+use clap::builder::NonEmptyStringValueParser;
 use graspd::{
-    ExecutionSettings, Grasp, GraspObject, GraspRecord, PAPER_PADDING, PAPER_RESOLUTION, PRESETS,
-    RunObserver, RunSettings, SCHEMA, Summary, SynthesisSettings, synthesize_grasps,
+    Configuration, Grasp, GraspObject, GraspRecord, RunObserver, RunSettings, SCHEMA, Summary,
+    SynthesisSettings, synthesize_grasps,
 };
-use graspd_eval::EvaluationSettings;
+use graspd_geom::SdfSampling;
 use graspd_hand::{Hand, LoadOptions};
 use serde::Serialize;
 
 use super::cache::CacheChoice;
+use super::configuration::SettingFlags;
 use super::input::{
-    HandLoading, RepairChoice, check_resolution, load_hand_to_scale, load_object, on_threads,
-    prepare_object,
+    HandLoading, RepairChoice, load_hand_to_scale, load_object, on_threads, prepare_object,
 };
 use super::output::{
     Machine, RunDescription, prepare_file, prepare_folder, remove_leftovers, write_meshes,
@@ -48,25 +48,11 @@ pub(crate) struct Arguments {
     hand: String,
     #[command(flatten)]
     loading: HandLoading,
-    /// How many grasps, each from its own start
-    #[arg(short = 'n', long = "count", default_value_t = 10)]
-    count: usize,
     /// Keep only the K best grasps (all by default)
     #[arg(long, value_name = "K")]
     top_k: Option<usize>,
-    /// Seed of the starts
-    // TOML, and so run.toml, has no larger integers.
-    #[arg(long, default_value_t = 0, value_parser = clap::value_parser!(u64).range(..=i64::MAX as u64))]
-    seed: u64,
-    /// Set of parameters
-    #[arg(long, default_value = "default", value_parser = PossibleValuesParser::new(PRESETS))]
-    preset: String,
-    /// Steps of the simulation for each grasp (the preset's number by default); schedules stretch along
-    #[arg(long)]
-    steps: Option<usize>,
-    /// Samples of the distance grid along each axis
-    #[arg(long, default_value_t = PAPER_RESOLUTION)]
-    resolution: usize,
+    #[command(flatten)]
+    settings: SettingFlags,
     /// Multiplies the object's coordinates (0.001 for a mesh in millimetres)
     #[arg(long, default_value_t = 1.0, allow_negative_numbers = true)]
     scale: f64,
@@ -76,15 +62,6 @@ pub(crate) struct Arguments {
     /// Output folder
     #[arg(short, long, default_value = "grasps")]
     output: PathBuf,
-    /// How far the opened hand of the pre-grasp stands back \[m\]
-    #[arg(long, value_name = "M", default_value_t = ExecutionSettings::default().retreat, allow_negative_numbers = true)]
-    retreat: f64,
-    /// How far the squeeze target moves the contact points on into the object, on average \[m\]
-    #[arg(long, value_name = "M", default_value_t = ExecutionSettings::default().squeeze, allow_negative_numbers = true)]
-    squeeze: f64,
-    /// Sum of the contact forces that the squeeze's joint torques balance \[N\]
-    #[arg(long, value_name = "N", default_value_t = ExecutionSettings::default().squeeze_force, allow_negative_numbers = true)]
-    squeeze_force: f64,
     /// Render the best grasp to this PNG file
     #[arg(long, value_name = "FILE")]
     png: Option<PathBuf>,
@@ -115,25 +92,24 @@ fn synthesize(arguments: &Arguments) -> Result<()> {
     if arguments.top_k == Some(0) {
         bail!("--top-k is 0; it must be at least 1 (leave it out to keep all grasps)");
     }
-    let mut settings = SynthesisSettings::preset(&arguments.preset)?;
-    if let Some(steps) = arguments.steps {
-        settings = settings.with_steps(steps);
-    }
-    settings.validate()?;
+    let Configuration {
+        seed,
+        grasps: count,
+        sdf_resolution,
+        sdf_padding_m,
+        settings,
+        execution,
+        evaluation,
+    } = arguments.settings.resolve(quiet)?.configuration;
+    let sampling = SdfSampling::exact(sdf_resolution, sdf_padding_m);
     let run = RunSettings {
-        seed: arguments.seed,
-        count: arguments.count,
+        seed,
+        count,
         trajectory_every: arguments.trajectory.then_some(TRAJECTORY_INTERVAL),
-        execution: ExecutionSettings {
-            retreat: arguments.retreat,
-            squeeze: arguments.squeeze,
-            squeeze_force: arguments.squeeze_force,
-        },
-        evaluation: EvaluationSettings::default(),
+        execution,
+        evaluation,
     };
-    run.validate()?;
     let loading = arguments.loading.options()?;
-    check_resolution(arguments.resolution)?;
     let hand = load_hand_to_scale(&arguments.hand, &loading)?;
     let source = load_object(&arguments.object, arguments.scale, &arguments.repair, quiet)?;
     prepare_folder(&arguments.output)?;
@@ -143,8 +119,7 @@ fn synthesize(arguments: &Arguments) -> Result<()> {
 
     let started = Instant::now();
     let cache = arguments.cache.open();
-    let (resolution, density) = (arguments.resolution, settings.density);
-    let object = prepare_object(source, resolution, density, cache.clone(), quiet)?;
+    let object = prepare_object(source, &sampling, settings.density, cache.clone(), quiet)?;
     let preparation = started.elapsed().as_secs_f64();
 
     let started = Instant::now();
@@ -163,6 +138,7 @@ fn synthesize(arguments: &Arguments) -> Result<()> {
         &loading,
         &object,
         hand.as_ref(),
+        &sampling,
         &settings,
         &run,
         &grasps,
@@ -268,11 +244,13 @@ fn synthesize_with_progress(
     Ok(grasps)
 }
 
+#[allow(clippy::too_many_arguments)]
 fn write(
     arguments: &Arguments,
     loading: &LoadOptions,
     object: &GraspObject,
     hand: &dyn Hand,
+    sampling: &SdfSampling,
     settings: &SynthesisSettings,
     run: &RunSettings,
     grasps: &[Grasp],
@@ -291,8 +269,8 @@ fn write(
             seed: run.seed,
             grasps: run.count,
             top_k: arguments.top_k,
-            sdf_resolution: arguments.resolution,
-            sdf_padding_m: PAPER_PADDING,
+            sdf_resolution: sampling.resolution,
+            sdf_padding_m: sampling.padding,
             machine: Machine {
                 os: std::env::consts::OS,
                 arch: std::env::consts::ARCH,
