@@ -4,6 +4,7 @@ mod bench;
 mod ci;
 mod duplicates;
 mod edges;
+mod manual;
 mod sources;
 mod steps;
 mod table4;
@@ -17,6 +18,8 @@ usage: cargo xtask <command>
   ci    format, layering and source rules, clippy, documentation, doctests, tests
   bench [--save NAME]
         processor times of a synthesis step by each backend, as one table; NAME keeps them for criterion
+  man [DIR]
+        manual pages and shell completions of the graspd command, into target/man or DIR
   reproduce-table4 [--ycb DIR] [--objects LIST] [--quick]
         the paper's RGB-D experiment: grasps on true and reconstructed meshes, judged on the true ones";
 
@@ -35,6 +38,8 @@ fn main() -> ExitCode {
                 ExitCode::FAILURE
             }
         },
+        ["man"] => exit_code(manual::write(&root, "target/man")),
+        ["man", folder] => exit_code(manual::write(&root, folder)),
         ["reproduce-table4", rest @ ..] => match table4::Options::parse(rest) {
             Some(options) => exit_code(table4::reproduce(&root, &options)),
             None => {

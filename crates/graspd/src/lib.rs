@@ -100,3 +100,8 @@ pub use run::{
 pub use start::{PAPER_STANDOFF, initial_pose, start_rng, transform_object_hand};
 pub use summary::{MetricMeans, Summary};
 pub use synthesis::{Losses, Synthesis, synthesize};
+
+/// The code of the guide, so that it is compiled and run.
+#[cfg(doctest)]
+#[doc = include_str!("../../../docs/guides/use-from-rust.md")]
+struct Guide;

@@ -24,25 +24,46 @@ static DATASET: LazyLock<PathBuf> = LazyLock::new(|| {
     let content = "objects = [\"box\", \"can\"]\nhands = [\"allegro\", \"human\"]\nstarts = 2\npreset = \"paper\"\nsdf_resolution = 24\n[settings]\nsteps = 20\n[evaluation]\nmetrics = \"ca,pd\"\n";
     fs::write(&manifest, content).unwrap();
     let dataset = folder.join("dataset");
-    graspd(["batch", text(&manifest), "-q", "--no-report", "-o", text(&dataset)]).succeeds();
+    graspd([
+        "batch",
+        text(&manifest),
+        "-q",
+        "--no-report",
+        "-o",
+        text(&dataset),
+    ])
+    .succeeds();
     dataset
 });
 
 fn export(grasps: &Path, format: &str, output: &Path, flags: &[&str]) -> Vec<PathBuf> {
-    let arguments = ["export", text(grasps), "--format", format, "--json", "-o", text(output)];
+    let arguments = [
+        "export",
+        text(grasps),
+        "--format",
+        format,
+        "--json",
+        "-o",
+        text(output),
+    ];
     let report = graspd([&arguments[..], flags].concat()).gives_json();
     let files = report["files"].as_array().unwrap();
-    files.iter().map(|file| PathBuf::from(file.as_str().unwrap())).collect()
+    files
+        .iter()
+        .map(|file| PathBuf::from(file.as_str().unwrap()))
+        .collect()
 }
 
 /// A Python interpreter that has a package: `GRASPD_PYTHON`, the one of `target/engines`, or `python3`. Says so where
 /// there is none.
-fn python_with(package: &str) -> Option<PathBuf> {
+pub(crate) fn python_with(package: &str) -> Option<PathBuf> {
     let engines = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../target/engines/bin/python");
     let named = std::env::var_os("GRASPD_PYTHON").map(PathBuf::from);
     let candidates = [named, Some(engines), Some("python3".into())];
     let has = |python: &PathBuf| {
-        let output = Command::new(python).args(["-c", &format!("import {package}")]).output();
+        let output = Command::new(python)
+            .args(["-c", &format!("import {package}")])
+            .output();
         output.is_ok_and(|output| output.status.success())
     };
     let found = candidates.into_iter().flatten().find(has);
@@ -54,7 +75,11 @@ fn python_with(package: &str) -> Option<PathBuf> {
 
 /// Runs a script; gives what it printed as JSON.
 fn run_python(python: &Path, script: &str, arguments: &[&str]) -> Value {
-    let output = Command::new(python).args(["-W", "error", "-c", script]).args(arguments).output().unwrap();
+    let output = Command::new(python)
+        .args(["-W", "error", "-c", script])
+        .args(arguments)
+        .output()
+        .unwrap();
     let errors = String::from_utf8_lossy(&output.stderr);
     assert!(output.status.success(), "{errors}");
     serde_json::from_slice(&output.stdout).unwrap()
@@ -66,9 +91,16 @@ fn parquet_has_a_row_for_each_grasp() {
     let files = export(&DATASET, "parquet", folder.path(), &[]);
     assert_eq!(files, [folder.path().join("grasps.parquet")]);
     let reader = SerializedFileReader::new(fs::File::open(&files[0]).unwrap()).unwrap();
-    let rows: Vec<_> = reader.get_row_iter(None).unwrap().map(Result::unwrap).collect();
+    let rows: Vec<_> = reader
+        .get_row_iter(None)
+        .unwrap()
+        .map(Result::unwrap)
+        .collect();
     assert_eq!(rows.len(), 8);
-    let names: Vec<String> = rows[0].get_column_iter().map(|(name, _)| name.clone()).collect();
+    let names: Vec<String> = rows[0]
+        .get_column_iter()
+        .map(|(name, _)| name.clone())
+        .collect();
     let column = |name: &str| names.iter().position(|other| other == name).unwrap();
     let mut row = rows.iter();
     for run in lines(&DATASET.join("runs.jsonl")) {
@@ -84,7 +116,10 @@ fn parquet_has_a_row_for_each_grasp() {
             assert!(row.get_double(column("epsilon")).is_err());
             let numbers = |name: &str| {
                 let list = row.get_list(column(name)).unwrap();
-                list.elements().iter().map(|field| field.to_json_value().as_f64().unwrap()).collect::<Vec<_>>()
+                list.elements()
+                    .iter()
+                    .map(|field| field.to_json_value().as_f64().unwrap())
+                    .collect::<Vec<_>>()
             };
             assert_eq!(numbers("translation_m"), record.pose.translation_m);
             let hand = load_hand(&record.hand).unwrap();
@@ -97,7 +132,9 @@ fn parquet_has_a_row_for_each_grasp() {
 
 #[test]
 fn parquet_is_read_by_others() {
-    let Some(python) = python_with("pyarrow.parquet") else { return };
+    let Some(python) = python_with("pyarrow.parquet") else {
+        return;
+    };
     let folder = tempfile::tempdir().unwrap();
     let files = export(&RUN.0, "parquet", folder.path(), &[]);
     let script = "import sys, json, pyarrow.parquet as pq\n\
@@ -107,13 +144,24 @@ fn parquet_is_read_by_others() {
     let records = lines(&RUN.0.join("grasps.jsonl"));
     assert_eq!(table.as_array().unwrap().len(), GRASPS);
     for (row, record) in table.as_array().unwrap().iter().zip(&records) {
-        assert_eq!((&row["index"], &row["object"]), (&record["index"], &record["object"]));
+        assert_eq!(
+            (&row["index"], &row["object"]),
+            (&record["index"], &record["object"])
+        );
         assert_eq!(row["epsilon"], record["metrics"]["epsilon"]);
         assert_eq!(row["rotation_wxyz"], record["pose"]["rotation_wxyz"]);
-        for (name, value) in row["joint_names"].as_array().unwrap().iter().zip(row["joints"].as_array().unwrap()) {
+        for (name, value) in row["joint_names"]
+            .as_array()
+            .unwrap()
+            .iter()
+            .zip(row["joints"].as_array().unwrap())
+        {
             assert_eq!(*value, record["joints_rad"][name.as_str().unwrap()]);
         }
-        assert_eq!((&row["run"], &row["object_path"]), (&Value::Null, &Value::Null));
+        assert_eq!(
+            (&row["run"], &row["object_path"]),
+            (&Value::Null, &Value::Null)
+        );
         assert_eq!(row["squeeze_torques_nm"].as_array().unwrap().len(), 16);
     }
 }
@@ -122,21 +170,35 @@ fn parquet_is_read_by_others() {
 fn joints_come_in_the_order_of_the_hand() {
     let folder = tempfile::tempdir().unwrap();
     let files = export(&DATASET, "csv", folder.path(), &["--top-k", "1"]);
-    let names: Vec<_> = files.iter().map(|file| file.file_name().unwrap().to_str().unwrap()).collect();
+    let names: Vec<_> = files
+        .iter()
+        .map(|file| file.file_name().unwrap().to_str().unwrap())
+        .collect();
     assert_eq!(names, ["joints_allegro.csv", "joints_human.csv"]);
     for (file, hand) in files.iter().zip(["allegro", "human"]) {
         let table = fs::read_to_string(file).unwrap();
         let mut rows = table.lines();
         let header: Vec<&str> = rows.next().unwrap().split(',').collect();
-        assert_eq!(header[..15].join(","), "run,object,object_scale,hand,seed,index,rank,stage,x_m,y_m,z_m,qw,qx,qy,qz");
+        assert_eq!(
+            header[..15].join(","),
+            "run,object,object_scale,hand,seed,index,rank,stage,x_m,y_m,z_m,qw,qx,qy,qz"
+        );
         assert_eq!(header[15..], *load_hand(hand).unwrap().articulation_names());
         let rows: Vec<Vec<&str>> = rows.map(|row| row.split(',').collect()).collect();
         assert_eq!(rows.len(), 2 * 3);
-        for (row, stage) in rows.iter().zip(["pre_grasp", "grasp", "squeeze"].iter().cycle()) {
+        for (row, stage) in rows
+            .iter()
+            .zip(["pre_grasp", "grasp", "squeeze"].iter().cycle())
+        {
             assert_eq!((row.len(), row[7]), (header.len(), *stage));
-            assert!(row[8..].iter().all(|cell| cell.parse::<f64>().unwrap().is_finite()));
+            assert!(
+                row[8..]
+                    .iter()
+                    .all(|cell| cell.parse::<f64>().unwrap().is_finite())
+            );
         }
-        let records = read_records(&DATASET.join("runs").join(rows[0][0]).join("grasps.jsonl")).unwrap();
+        let records =
+            read_records(&DATASET.join("runs").join(rows[0][0]).join("grasps.jsonl")).unwrap();
         let joints = records[0].joints_rad.as_ref().unwrap();
         for (name, cell) in header[15..].iter().zip(&rows[1][15..]) {
             assert_eq!(joints[*name], cell.parse::<f64>().unwrap());
@@ -152,7 +214,9 @@ fn gltf_shows_hand_and_object_where_they_are() {
     assert_eq!(files.len(), 4);
     let run = "00001_can_allegro_0";
     let records = read_records(&DATASET.join("runs").join(run).join("grasps.jsonl")).unwrap();
-    let file = folder.path().join(format!("{run}_{:03}.glb", records[0].index));
+    let file = folder
+        .path()
+        .join(format!("{run}_{:03}.glb", records[0].index));
     let read = load_mesh(&file).unwrap();
     let hand = load_hand("allegro").unwrap();
     let mut both = graspd_geom::builtin_object("can").unwrap();
@@ -166,7 +230,9 @@ fn numpy_reads_what_dexgraspnet_reads() {
     let folder = tempfile::tempdir().unwrap();
     let files = export(&DATASET, "npy", folder.path(), &[]);
     assert_eq!(files.len(), 4);
-    let Some(python) = python_with("numpy") else { return };
+    let Some(python) = python_with("numpy") else {
+        return;
+    };
     // The rotation as DexGraspNet's own scripts take it: fixed axes x, y, z.
     let script = "import sys, json, numpy as np\n\
         data = np.load(sys.argv[1], allow_pickle=True)\n\
@@ -185,12 +251,18 @@ fn numpy_reads_what_dexgraspnet_reads() {
     let records = read_records(&DATASET.join("runs/00001_can_allegro_0/grasps.jsonl")).unwrap();
     let hand = load_hand("allegro").unwrap();
     for (grasp, record) in grasps.as_array().unwrap().iter().zip(&records) {
-        assert_eq!((&grasp["scale"], &grasp["index"]), (&1.0.into(), &record.index.into()));
+        assert_eq!(
+            (&grasp["scale"], &grasp["index"]),
+            (&1.0.into(), &record.index.into())
+        );
         let qpos = &grasp["qpos"];
         for (name, value) in record.joints_rad.as_ref().unwrap() {
             assert_eq!(qpos[name].as_f64().unwrap(), *value);
         }
-        assert_eq!(qpos["WRJTz"].as_f64().unwrap(), record.pose.translation_m[2]);
+        assert_eq!(
+            qpos["WRJTz"].as_f64().unwrap(),
+            record.pose.translation_m[2]
+        );
         let pose = record.hand_pose(hand.articulation_names()).unwrap();
         let rotation = nalgebra::UnitQuaternion::from(pose.rotation).to_rotation_matrix();
         for row in 0..3 {
@@ -209,14 +281,26 @@ fn numpy_reads_what_dexgraspnet_reads() {
 fn a_mujoco_scene_loads_and_holds() {
     let folder = tempfile::tempdir().unwrap();
     let run = folder.path().join("run");
-    let flags = ["-n", "2", "--preset", "fast", "--resolution", "64", "--set", "evaluation.metrics=sd", "-q"];
+    let flags = [
+        "-n",
+        "2",
+        "--preset",
+        "fast",
+        "--resolution",
+        "64",
+        "--set",
+        "evaluation.metrics=sd",
+        "-q",
+    ];
     graspd([&["synth", "box", "-o", text(&run)][..], &flags].concat()).succeeds();
     let files = export(&run, "mjcf", &folder.path().join("scenes"), &[]);
     assert_eq!(files.len(), 1);
     let best = &lines(&run.join("grasps.jsonl"))[0];
     let moved = best["metrics"]["sim_displacement_cm"].as_f64().unwrap();
     assert!(moved < 0.5, "the grasp itself does not hold: {moved} cm");
-    let Some(python) = python_with("mujoco") else { return };
+    let Some(python) = python_with("mujoco") else {
+        return;
+    };
     // As long as the simulation displacement, and without the hand for comparison.
     let script = "import sys, json, mujoco, numpy as np\n\
         def fall(hold):\n\
@@ -233,14 +317,19 @@ fn a_mujoco_scene_loads_and_holds() {
     println!("held {} cm, free {} cm", number(0, 0), number(1, 0));
     assert!((number(0, 1) - 1.0).abs() < 1e-6, "1 kg");
     assert!(number(0, 0) < 0.5, "it moves {} cm", number(0, 0));
-    assert!((number(1, 0) - 10.4).abs() < 0.5, "free fall of {} cm", number(1, 0));
+    assert!(
+        (number(1, 0) - 10.4).abs() < 0.5,
+        "free fall of {} cm",
+        number(1, 0)
+    );
 }
 
 #[test]
 fn exports_tell_what_is_wrong() {
     let folder = tempfile::tempdir().unwrap();
     let path = text(folder.path());
-    graspd(["export", path, "--format", "csv"]).fails_at_once(&[path, "neither grasps.jsonl nor runs"]);
+    graspd(["export", path, "--format", "csv"])
+        .fails_at_once(&[path, "neither grasps.jsonl nor runs"]);
     graspd(["export", path, "--format", "xls"]).fails_as_wrong_usage("parquet");
     graspd(["export", path]).fails_as_wrong_usage("--format");
     let run = text(&RUN.0);
@@ -248,5 +337,6 @@ fn exports_tell_what_is_wrong() {
     fs::write(&file, "").unwrap();
     let into = graspd(["export", run, "--format", "csv", "-o", text(&file)]);
     into.fails_at_once(&[text(&file), "-o"]);
-    graspd(["export", run, "--format", "csv", "--top-k", "0", "-o", path]).fails_at_once(&["--top-k"]);
+    graspd(["export", run, "--format", "csv", "--top-k", "0", "-o", path])
+        .fails_at_once(&["--top-k"]);
 }

@@ -11,6 +11,7 @@ mod configuration;
 mod determinism;
 mod distance_grid;
 mod export;
+mod guides;
 mod hands;
 mod judging;
 mod listings;

@@ -11,14 +11,20 @@ fn completions_know_the_commands() {
     for shell in ["bash", "zsh", "fish", "elvish", "powershell"] {
         let script = graspd(["completions", shell]).succeeds();
         for word in ["synth", "batch", "--preset", "config"] {
-            let word = if shell == "fish" { word.trim_start_matches("--") } else { word };
+            let word = if shell == "fish" {
+                word.trim_start_matches("--")
+            } else {
+                word
+            };
             assert!(script.contains(word), "no {word} for {shell}");
         }
     }
     graspd(["completions", "csh"]).fails_as_wrong_usage("csh");
     // Bash itself takes it.
     let script = graspd(["completions", "bash"]).succeeds();
-    let check = std::process::Command::new("bash").args(["-n", "-c", &script]).status();
+    let check = std::process::Command::new("bash")
+        .args(["-n", "-c", &script])
+        .status();
     if let Ok(status) = check {
         assert!(status.success());
     }
@@ -39,7 +45,10 @@ fn every_command_has_a_page() {
         ("graspd-hands-inspect.1", "URDF"),
     ] {
         let content = fs::read_to_string(pages.join(page)).unwrap();
-        assert!(content.contains(".TH") && content.contains(part), "no {part} in {page}");
+        assert!(
+            content.contains(".TH") && content.contains(part),
+            "no {part} in {page}"
+        );
     }
     for command in ["batch", "export", "config", "completions", "man"] {
         assert!(help.contains(command), "no {command} in {help}");

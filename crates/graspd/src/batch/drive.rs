@@ -183,19 +183,29 @@ impl Work<'_> {
                 let starts = runs.len() * self.input.plan.starts;
                 self.observer.object_failed(planned, &error, starts);
                 for run in runs {
-                    // What a journal may hold is of no use without the object.
-                    self.folder.begin(run)?;
-                    let failure = StartFailure {
-                        index: None,
-                        error: error.clone(),
-                    };
-                    let outcomes = vec![StartOutcome::Failure(failure)];
-                    self.folder.finish(self.input.plan, run, outcomes, None)?;
-                    tally.runs_failed += 1;
+                    self.fail(run, &error, &mut tally)?;
                 }
             }
         }
         Ok(tally)
+    }
+
+    /// Records that nothing of a run can be made; what a journal may hold is of no use then.
+    fn fail(
+        &self,
+        run: &PlannedRun,
+        error: &str,
+        tally: &mut BatchTally,
+    ) -> Result<(), GraspError> {
+        self.folder.begin(run)?;
+        let failure = StartFailure {
+            index: None,
+            error: error.to_owned(),
+        };
+        let outcomes = vec![StartOutcome::Failure(failure)];
+        self.folder.finish(self.input.plan, run, outcomes, None)?;
+        tally.runs_failed += 1;
+        Ok(())
     }
 
     fn prepare(&self, planned: &PlannedObject) -> Result<Prepared, String> {
@@ -246,21 +256,29 @@ impl Work<'_> {
         };
         let hand = self.input.hands[run.hand].as_ref();
         let (object, judged) = (&prepared.object, &prepared.judged);
-        let maker = GraspMaker::new(object, judged, hand, &configuration.settings, &settings)?;
+        let maker = match GraspMaker::new(object, judged, hand, &configuration.settings, &settings)
+        {
+            Ok(maker) => maker,
+            Err(error) => {
+                let error = error.to_string();
+                return self.fail(run, &error, tally);
+            }
+        };
         let made = (missing.into_par_iter().with_max_len(1))
             .filter(|_| !self.is_over.load(Ordering::Relaxed))
             .map(|index| {
-                let result = unwound(|| {
-                    let grasp = maker.grasp(index, &());
-                    grasp.map_err(|error| error.to_string())
+                let result = unwound(|| match maker.grasp(index, &()) {
+                    // JSON has no word for what is not finite.
+                    Ok(grasp) if !grasp.record.is_finite() => {
+                        Err("it has a number that is not finite".into())
+                    }
+                    Ok(grasp) => Ok(StartOutcome::Grasp(Box::new(grasp.record))),
+                    Err(error) => Err(error.to_string()),
                 });
-                let outcome = match result {
-                    Ok(grasp) => StartOutcome::Grasp(Box::new(grasp.record)),
-                    Err(error) => StartOutcome::Failure(StartFailure {
-                        index: Some(index),
-                        error,
-                    }),
-                };
+                let outcome = result.unwrap_or_else(|error| {
+                    let index = Some(index);
+                    StartOutcome::Failure(StartFailure { index, error })
+                });
                 journal.append(&outcome)?;
                 self.observer.start_over(run, &outcome, false);
                 Ok(outcome)

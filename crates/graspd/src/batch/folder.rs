@@ -82,6 +82,7 @@ impl BatchFolder {
 
     /// Writes `batch.toml`, or compares it with the one that is there.
     fn claim(&self, plan: &BatchPlan) -> Result<(), GraspError> {
+        remove_unfinished(&self.path)?;
         let path = self.path.join("batch.toml");
         let asked = plan.description()?;
         let recorded = match fs::read_to_string(&path) {
@@ -160,16 +161,7 @@ impl BatchFolder {
             source,
         };
         fs::create_dir_all(&folder).map_err(failed)?;
-        for entry in fs::read_dir(&folder).map_err(failed)? {
-            let path = entry.map_err(failed)?.path();
-            // Half-written files of a process that is gone.
-            if path
-                .extension()
-                .is_some_and(|extension| extension == "part")
-            {
-                remove(&path)?;
-            }
-        }
+        remove_unfinished(&folder)?;
         Journal::open(&folder.join("journal.jsonl"))
     }
 
@@ -266,6 +258,24 @@ fn json_error(error: serde_json::Error) -> GraspError {
         path: "JSON".into(),
         source: error.into(),
     }
+}
+
+/// Removes half-written files of a process that is gone.
+fn remove_unfinished(folder: &Path) -> Result<(), GraspError> {
+    let failed = |source| GraspError::Write {
+        path: folder.to_owned(),
+        source,
+    };
+    for entry in fs::read_dir(folder).map_err(failed)? {
+        let path = entry.map_err(failed)?.path();
+        if path
+            .extension()
+            .is_some_and(|extension| extension == "part")
+        {
+            remove(&path)?;
+        }
+    }
+    Ok(())
 }
 
 fn remove(path: &Path) -> Result<(), GraspError> {

@@ -252,9 +252,9 @@ struct RunDescription<'a> {
     hand_mirrored: bool,
     package_paths: &'a [PathBuf],
     top_k: Option<usize>,
-    object_repair: Option<Repair<'a>>,
     #[serde(flatten)]
     configuration: &'a Configuration,
+    object_repair: Option<Repair<'a>>,
 }
 
 #[derive(Serialize)]

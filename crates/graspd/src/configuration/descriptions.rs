@@ -124,13 +124,22 @@ const STRETCHED: [&str; 5] = [
     "settings.stiffening_end",
 ];
 
-/// What is known about a key; nothing about one that does not exist.
-pub fn parameter(key: &str) -> Parameter {
-    let fits = |name: &str| match name.strip_suffix('*') {
+fn fits(name: &str, key: &str) -> bool {
+    match name.strip_suffix('*') {
         Some(start) => key.starts_with(start),
         None => key == name,
-    };
-    let found = PARAMETERS.iter().find(|(name, ..)| fits(name));
+    }
+}
+
+/// Where a key stands among the others.
+pub(super) fn place(key: &str) -> usize {
+    let found = PARAMETERS.iter().position(|(name, ..)| fits(name, key));
+    found.unwrap_or(PARAMETERS.len())
+}
+
+/// What is known about a key; nothing about one that does not exist.
+pub fn parameter(key: &str) -> Parameter {
+    let found = PARAMETERS.get(place(key));
     let (unit, source) = found.map_or(("", ""), |(_, unit, source)| (*unit, *source));
     Parameter {
         unit,

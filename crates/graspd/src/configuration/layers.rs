@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 
 use toml::{Table, Value};
 
+use super::descriptions::place;
 use super::tree::{at, leaves, put};
 use super::{Configuration, Parameter, parameter};
 use crate::GraspError;
@@ -228,7 +229,8 @@ fn nearest(key: &str, known: &[String]) -> String {
     let last = |key: &str| key.rsplit('.').next().unwrap_or_default().to_owned();
     let distance = |other: &String| {
         let by_name = 1 + strsim::damerau_levenshtein(&last(key), &last(other));
-        strsim::damerau_levenshtein(key, other).min(by_name)
+        let by_path = strsim::damerau_levenshtein(key, other);
+        (by_path.min(by_name), by_path)
     };
     known
         .iter()
@@ -284,7 +286,7 @@ impl ResolvedConfiguration {
         Ok(())
     }
 
-    /// All values in the order of the tree.
+    /// All values: of the run, the optimisation, what comes before and after the grasp, the judge.
     ///
     /// # Errors
     /// None that is known: a configuration that was resolved can be told.
@@ -292,6 +294,7 @@ impl ResolvedConfiguration {
         let table = tree(&self.configuration)?;
         let paper = tree(&Configuration::with_settings(SynthesisSettings::paper()))?;
         let mut keys = known_keys()?;
+        keys.sort_by_key(|key| place(key));
         if self.configuration.settings.conformity.is_none() {
             keys.retain(|key| !key.starts_with(CONFORMITY));
         }
