@@ -13,6 +13,8 @@ use crate::console::{print, print_json, warn};
 
 /// The file that is looked for where the command is run.
 const USUAL_FILE: &str = "graspd.toml";
+/// Letters of a cell that a column makes room for.
+const WIDEST_CELL: usize = 42;
 
 /// Settings by file or by name.
 #[derive(Args)]
@@ -199,8 +201,12 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
 fn table(entries: &[ConfigurationEntry]) -> String {
     let mut rows = vec![["setting", "value", "unit", "from", "source"].map(String::from)];
     rows.extend(entries.iter().map(row));
-    let width = |column: usize| rows.iter().map(|row| row[column].chars().count()).max();
-    let widths = [0, 1, 2, 3].map(|column| width(column).unwrap_or(0));
+    // What is longer sticks out instead of spreading the column.
+    let widths = [0, 1, 2, 3].map(|column| {
+        let cells = rows.iter().map(|row| row[column].chars().count());
+        let usual = cells.filter(|width| *width <= WIDEST_CELL);
+        usual.max().unwrap_or(0)
+    });
     let mut text = String::new();
     for [key, value, unit, from, source] in &rows {
         let [a, b, c, d] = widths;
