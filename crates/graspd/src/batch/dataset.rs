@@ -134,6 +134,7 @@ impl BatchFolder {
             );
             let records = self.records(run)?;
             let failed = self.failures(run)?;
+            let is_all = failed.iter().any(|failure| failure.index.is_none());
             let holding: Vec<bool> = records.iter().filter_map(holds).collect();
             rows.push(RunRow {
                 run: run.name.clone(),
@@ -142,7 +143,7 @@ impl BatchFolder {
                 seed: run.seed,
                 grasps: records.len(),
                 holding: (!holding.is_empty()).then(|| holding.iter().filter(|h| **h).count()),
-                failed_starts: failed.len(),
+                failed_starts: if is_all { plan.starts } else { failed.len() },
                 best_displacement_cm: records.first().and_then(displacement),
             });
             failures.extend(failed.into_iter().map(|failure| FailureRow {
