@@ -138,8 +138,7 @@ pub fn synthesize_grasps(
     run: &RunSettings,
     observer: &dyn RunObserver,
 ) -> Result<Vec<Grasp>, GraspError> {
-    let judged = ObjectUnderTest::new(&object.source.mesh)?.with_cache(object.cache.clone());
-    let maker = GraspMaker::new(object, &judged, hand, settings, run)?;
+    let maker = GraspMaker::new(object, hand, settings, run)?;
     let mut grasps = (0..run.count)
         .into_par_iter()
         .map(|index| maker.grasp(index, observer))
@@ -188,7 +187,7 @@ fn best_fitted_start(
 /// [`synthesize_grasps`] makes all of a run's; this is for who wants some of them, or each as soon as it is done.
 pub struct GraspMaker<'a> {
     object: &'a GraspObject,
-    judged: &'a ObjectUnderTest,
+    judged: ObjectUnderTest,
     hand: &'a dyn Hand,
     fitter: Option<HandFitter<'a>>,
     settings: &'a SynthesisSettings,
@@ -196,19 +195,19 @@ pub struct GraspMaker<'a> {
 }
 
 impl<'a> GraspMaker<'a> {
-    /// `judged`: the same object, as the judge sees it; many makers may share it.
+    /// Prepares the judge; what takes long about it is done when the first grasp is judged.
     ///
     /// # Errors
-    /// If a setting is out of range.
+    /// If a setting is out of range, or the object or the hand is not closed.
     pub fn new(
         object: &'a GraspObject,
-        judged: &'a ObjectUnderTest,
         hand: &'a dyn Hand,
         settings: &'a SynthesisSettings,
         run: &'a RunSettings,
     ) -> Result<Self, GraspError> {
         settings.validate()?;
         run.validate()?;
+        let judged = ObjectUnderTest::new(&object.source.mesh)?.with_cache(object.cache.clone());
         let fitter = (settings.conformity.as_ref())
             .map(|conformity| HandFitter::new(hand, conformity))
             .transpose()?;
@@ -229,13 +228,12 @@ impl<'a> GraspMaker<'a> {
     pub fn grasp(&self, index: usize, observer: &dyn RunObserver) -> Result<Grasp, GraspError> {
         let Self {
             object,
-            judged,
             hand,
             settings,
             run,
             ..
         } = *self;
-        let fitter = self.fitter.as_ref();
+        let (fitter, judged) = (self.fitter.as_ref(), &self.judged);
         let started = Instant::now();
         let start = match fitter {
             Some(fitter) => best_fitted_start(object, hand, fitter, settings, run.seed, index)?,

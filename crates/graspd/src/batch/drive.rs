@@ -4,7 +4,6 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
-use graspd_eval::ObjectUnderTest;
 use graspd_geom::DiskCache;
 use graspd_hand::Hand;
 use rayon::ThreadPool;
@@ -158,12 +157,6 @@ struct Work<'a> {
     is_over: &'a AtomicBool,
 }
 
-/// An object as both the optimiser and the judge see it.
-struct Prepared {
-    object: GraspObject,
-    judged: ObjectUnderTest,
-}
-
 impl Work<'_> {
     fn object(
         &self,
@@ -172,10 +165,10 @@ impl Work<'_> {
     ) -> Result<BatchTally, GraspError> {
         let mut tally = BatchTally::default();
         match unwound(|| self.prepare(planned)) {
-            Ok(prepared) => {
+            Ok(object) => {
                 for run in runs {
                     if !self.is_over.load(Ordering::Relaxed) {
-                        self.run(&prepared, run, &mut tally)?;
+                        self.run(&object, run, &mut tally)?;
                     }
                 }
             }
@@ -208,7 +201,7 @@ impl Work<'_> {
         Ok(())
     }
 
-    fn prepare(&self, planned: &PlannedObject) -> Result<Prepared, String> {
+    fn prepare(&self, planned: &PlannedObject) -> Result<GraspObject, String> {
         let configuration = &self.input.plan.configuration;
         let cache = self.input.cache.clone();
         let source = (self.input.load)(planned)?;
@@ -216,21 +209,15 @@ impl Work<'_> {
             source,
             &configuration.sdf_sampling(),
             configuration.settings.density,
-            cache.clone(),
+            cache,
             &|_| {},
         );
-        let object = object.map_err(|error| error.to_string())?;
-        let judged =
-            ObjectUnderTest::new(&object.source.mesh).map_err(|error| error.to_string())?;
-        Ok(Prepared {
-            object,
-            judged: judged.with_cache(cache),
-        })
+        object.map_err(|error| error.to_string())
     }
 
     fn run(
         &self,
-        prepared: &Prepared,
+        object: &GraspObject,
         run: &PlannedRun,
         tally: &mut BatchTally,
     ) -> Result<(), GraspError> {
@@ -255,9 +242,7 @@ impl Work<'_> {
             evaluation: configuration.evaluation,
         };
         let hand = self.input.hands[run.hand].as_ref();
-        let (object, judged) = (&prepared.object, &prepared.judged);
-        let maker = match GraspMaker::new(object, judged, hand, &configuration.settings, &settings)
-        {
+        let maker = match GraspMaker::new(object, hand, &configuration.settings, &settings) {
             Ok(maker) => maker,
             Err(error) => {
                 let error = error.to_string();
