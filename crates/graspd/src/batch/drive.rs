@@ -246,6 +246,8 @@ impl Work<'_> {
             Ok(maker) => maker,
             Err(error) => {
                 let error = error.to_string();
+                let planned = &plan.objects[run.object];
+                self.observer.object_failed(planned, &error, missing.len());
                 return self.fail(run, &error, tally);
             }
         };
