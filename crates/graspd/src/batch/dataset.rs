@@ -153,14 +153,28 @@ impl BatchFolder {
                 seed: run.seed,
                 failure,
             }));
-            best.extend(records.first().cloned());
-            all.extend(records);
+            let mut records = records.into_iter().map(without_pose);
+            let first = records.next();
+            best.extend(first.clone());
+            all.extend(first.into_iter().chain(records));
         }
         write_atomically(&self.path().join("runs.jsonl"), &json_lines(&rows)?)?;
         write_atomically(&self.path().join("failures.jsonl"), &json_lines(&failures)?)?;
         let summary = summarise(plan, &rows, &failures, &mut all, &best);
         write_atomically(&self.path().join("dataset.json"), &json(&summary)?)?;
         Ok(summary)
+    }
+}
+
+/// What the means need of a record: a large dataset's poses would fill the memory.
+fn without_pose(record: GraspRecord) -> GraspRecord {
+    GraspRecord {
+        joints_rad: None,
+        mano: None,
+        pre_grasp: None,
+        squeeze: None,
+        optimizer: None,
+        ..record
     }
 }
 

@@ -54,7 +54,7 @@ pub(super) fn write(
     summary: &DatasetSummary,
 ) -> Result<()> {
     let runs = (plan.runs.iter())
-        .map(|run| Ok((run, folder.records(run)?)))
+        .map(|run| Ok((run, lean(folder.records(run)?))))
         .collect::<Result<Vec<_>>>()?;
     let mut body = tiles(&counts(summary));
     body += &format!(
@@ -83,6 +83,15 @@ pub(super) fn write(
         &folder.path().join("report.html"),
         text.as_bytes(),
     )?)
+}
+
+/// Without what the page does not show: a large dataset's records would fill the memory.
+fn lean(mut records: Vec<GraspRecord>) -> Vec<GraspRecord> {
+    for record in &mut records {
+        record.pre_grasp = None;
+        record.squeeze = None;
+    }
+    records
 }
 
 fn counts(summary: &DatasetSummary) -> Vec<(String, &'static str)> {
