@@ -7,9 +7,9 @@ use std::sync::LazyLock;
 
 use graspd::read_records;
 use graspd_geom::load_mesh;
-use graspd_hand::{Hand, load_hand};
+use graspd_hand::load_hand;
 use parquet::file::reader::{FileReader, SerializedFileReader};
-use parquet::record::RowAccessor;
+use parquet::record::{Field, RowAccessor};
 use serde_json::Value;
 
 use crate::outcome::{graspd, text};
@@ -118,7 +118,10 @@ fn parquet_has_a_row_for_each_grasp() {
                 let list = row.get_list(column(name)).unwrap();
                 list.elements()
                     .iter()
-                    .map(|field| field.to_json_value().as_f64().unwrap())
+                    .map(|field| match field {
+                        Field::Double(number) => *number,
+                        other => panic!("{other:?} is no number"),
+                    })
                     .collect::<Vec<_>>()
             };
             assert_eq!(numbers("translation_m"), record.pose.translation_m);
