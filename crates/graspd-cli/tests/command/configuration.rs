@@ -214,5 +214,7 @@ fn mistakes_name_file_and_key() {
     graspd(["synth", "--config", "none.toml"]).fails_at_once(&["none.toml", "cannot be read"]);
     graspd(["synth", "--set", "leak=0.1"]).fails_at_once(&["--set leak", "`settings.leak`"]);
     graspd(["synth", "--set", "leak"]).fails_at_once(&["--set leak", "KEY=VALUE"]);
-    graspd(["eval", "none", "--set", "evaluation.frictions=1"]).fails(&["evaluation.friction"]);
+    let run = text(&crate::shared_run::RUN.0);
+    let eval = graspd(["eval", run, "--set", "evaluation.frictions=1"]);
+    eval.fails(&["--set evaluation.frictions", "`evaluation.friction`"]);
 }

@@ -205,9 +205,10 @@ pub(crate) fn is_section(name: &str) -> Result<bool, GraspError> {
     Ok(tree(&Configuration::default())?.contains_key(name))
 }
 
-/// Of all keys of a configuration and `others`, the one most like `key`.
+/// Of all keys and sections of a configuration and `others`, the one most like `key`.
 pub(crate) fn nearest_key(key: &str, others: &[&str]) -> Result<String, GraspError> {
     let mut known = known_keys()?;
+    known.extend(tree(&Configuration::default())?.keys().cloned());
     known.extend(others.iter().map(|other| (*other).to_owned()));
     Ok(nearest(key, &known))
 }

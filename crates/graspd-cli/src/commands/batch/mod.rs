@@ -114,7 +114,10 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
             return Ok(None);
         }
         let summary = folder.write_summary(&plan)?;
-        if !arguments.no_report {
+        // The report of a batch that was done already is there, unless a kill came between.
+        let is_new = tally.runs_done_before < tally.runs;
+        let is_there = arguments.output.join("report.html").is_file();
+        if !arguments.no_report && (is_new || !is_there) {
             pool.install(|| report::write(&folder, &plan, &hands, &repair, &summary))?;
         }
         Ok(Some(summary))

@@ -171,8 +171,9 @@ fn cases(
                 a.total_cmp(b)
             }
         });
+        let is_shown_as_worst = !is_worst && ranked.len() <= 2 * CASES;
         ranked.truncate(CASES);
-        if ranked.is_empty() {
+        if ranked.is_empty() || is_shown_as_worst {
             continue;
         }
         let pictures = (ranked.par_iter())
