@@ -44,7 +44,8 @@
 //! | [`Summary::of`], [`write_records`] | ranked records | means over the best; a `grasps.jsonl` |
 //!
 //! [`synthesize_grasps`] does all but the first two and the last, for many starts at once, on rayon's current thread
-//! pool; a [`RunObserver`] sees it happen.
+//! pool; a [`RunObserver`] sees it happen. [`run_batch`] does so for many objects, hands and seeds, into a folder from
+//! which it goes on after a kill. [`ConfigurationLayers`] put all numbers together from a preset, files and flags.
 //!
 //! # What can be relied on
 //!
