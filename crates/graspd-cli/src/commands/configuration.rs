@@ -68,10 +68,10 @@ impl ConfigurationChoice {
 /// The settings that have a flag of their own.
 #[derive(Args)]
 pub(crate) struct SettingFlags {
-    /// How many grasps, each from its own start (10 by default)
+    /// How many grasps, each from its own start [default: 10]
     #[arg(short = 'n', long = "count")]
     count: Option<usize>,
-    /// Seed of the starts (0 by default)
+    /// Seed of the starts [default: 0]
     // TOML, and so run.toml, has no larger integers.
     #[arg(long, value_parser = clap::value_parser!(u64).range(..=i64::MAX as u64))]
     seed: Option<u64>,
@@ -81,16 +81,16 @@ pub(crate) struct SettingFlags {
     /// Steps of the simulation for each grasp (the preset's number by default); schedules stretch along
     #[arg(long)]
     steps: Option<usize>,
-    /// Samples of the distance grid along each axis (256 by default)
+    /// Samples of the distance grid along each axis [default: 256]
     #[arg(long)]
     resolution: Option<usize>,
-    /// How far the opened hand of the pre-grasp stands back \[m\] (0.05 by default)
+    /// How far the opened hand of the pre-grasp stands back \[m\] [default: 0.05]
     #[arg(long, value_name = "M", allow_negative_numbers = true)]
     retreat: Option<f64>,
-    /// How far the squeeze target moves the contact points on into the object, on average \[m\] (0.005 by default)
+    /// How far the squeeze target moves the contact points on into the object, on average \[m\] [default: 0.005]
     #[arg(long, value_name = "M", allow_negative_numbers = true)]
     squeeze: Option<f64>,
-    /// Sum of the contact forces that the squeeze's joint torques balance \[N\] (10 by default)
+    /// Sum of the contact forces that the squeeze's joint torques balance \[N\] [default: 10]
     #[arg(long, value_name = "N", allow_negative_numbers = true)]
     squeeze_force: Option<f64>,
     #[command(flatten)]
