@@ -209,16 +209,8 @@ fn values_of_flags_are_toml_or_text() {
         ..
     } = layers.resolve().unwrap().configuration;
     assert_eq!((settings.force_rate, settings.clamp_joints), (1e-3, true));
-    assert_eq!(
-        evaluation.force_limit,
-        graspd_eval::EvaluationSettings {
-            force_limit: evaluation.force_limit,
-            ..Default::default()
-        }
-        .force_limit
-    );
+    assert_eq!(evaluation.force_limit, graspd_eval::ForceLimit::Each);
     assert_eq!(evaluation.displacement.gravity_direction, [0.0, 0.0, -1.0]);
-    assert_ne!(evaluation.force_limit, Default::default());
 }
 
 #[test]
