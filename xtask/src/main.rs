@@ -7,6 +7,7 @@ mod duplicates;
 mod edges;
 mod engines;
 mod evaluate;
+mod manual;
 mod objects;
 mod sources;
 mod steps;
@@ -28,6 +29,8 @@ usage: cargo xtask <command>
            [--without PART]... [--config FILE.toml] [--against FILE|DIR] [-o DIR] [--threads T] [--graspd PROGRAM]
         grasps of many objects, judged, with intervals; goes on where it was interrupted; --against says which
         differences to an earlier run are significant
+  man [DIR]
+        manual pages and shell completions of the graspd command, into target/man or DIR
   reproduce-table4 [--ycb DIR] [--objects LIST] [--quick] [--fresh]
         the paper's RGB-D experiment: grasps on true and reconstructed meshes, judged on the true ones; an
         interrupted run goes on where it was, --fresh begins anew
@@ -58,6 +61,8 @@ fn main() -> ExitCode {
                 ExitCode::from(2)
             }
         },
+        ["man"] => exit_code(manual::write(&root, "target/man")),
+        ["man", folder] => exit_code(manual::write(&root, folder)),
         ["reproduce-table4", rest @ ..] => match table4::Options::parse(rest) {
             Some(options) => exit_code(table4::reproduce(&root, &options)),
             None => {

@@ -7,9 +7,12 @@ mod table;
 
 use std::process::ExitCode;
 
-use clap::{Parser, Subcommand};
+use clap::{CommandFactory, Parser, Subcommand};
 
-use commands::{cache, eval, gws, hands, objects, reconstruct, repair, scan, sdf, synth, view};
+use commands::{
+    batch, cache, configuration, eval, export, gws, hands, objects, reconstruct, repair, scan, sdf,
+    shell, synth, view,
+};
 
 /// Synthesises contact-rich grasps for multi-fingered hands by optimising through a differentiable contact simulation.
 #[derive(Parser)]
@@ -23,10 +26,14 @@ struct Cli {
 enum Command {
     /// Synthesise, evaluate and rank grasps of an object (with no OBJECT: of a built-in mug)
     Synth(synth::Arguments),
+    /// Make a dataset: many objects and hands, restartable at any point
+    Batch(batch::Arguments),
     /// Evaluate grasps already made, by anyone
     Eval(eval::Arguments),
     /// Show the grasps of a run: a page in 3-D, or pictures
     View(view::Arguments),
+    /// Write grasps as Parquet, NumPy, MuJoCo scenes, glTF or CSV
+    Export(export::Arguments),
     /// Epsilon and volume of a set of wrenches
     Gws(gws::Arguments),
     /// Write the signed distance grid of an object
@@ -43,6 +50,12 @@ enum Command {
     Hands(hands::Arguments),
     /// List the built-in objects
     Objects(objects::Arguments),
+    /// Tell the settings that a run would have, and where each comes from
+    Config(configuration::Arguments),
+    /// Print completions for a shell
+    Completions(shell::CompletionArguments),
+    /// Write manual pages
+    Man(shell::ManArguments),
 }
 
 fn main() -> ExitCode {
@@ -60,7 +73,9 @@ fn run(command: &Command) -> anyhow::Result<()> {
     graspd::Instructions::requested()?;
     match command {
         Command::Synth(arguments) => synth::run(arguments),
+        Command::Batch(arguments) => batch::run(arguments),
         Command::Eval(arguments) => eval::run(arguments),
+        Command::Export(arguments) => export::run(arguments),
         Command::View(arguments) => view::run(arguments),
         Command::Gws(arguments) => gws::run(arguments),
         Command::Sdf(arguments) => sdf::run(arguments),
@@ -70,5 +85,8 @@ fn run(command: &Command) -> anyhow::Result<()> {
         Command::Cache(arguments) => cache::run(arguments),
         Command::Hands(arguments) => hands::run(arguments),
         Command::Objects(arguments) => objects::run(arguments),
+        Command::Config(arguments) => configuration::run(arguments),
+        Command::Completions(arguments) => shell::completions(arguments, Cli::command()),
+        Command::Man(arguments) => shell::man(arguments, Cli::command()),
     }
 }

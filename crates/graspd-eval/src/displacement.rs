@@ -13,7 +13,7 @@ mod stored;
 mod tests;
 
 pub use decomposition::{DecompositionSettings, ObjectPieces};
-pub use exchange::{SimulationAnswer, SimulationJob};
+pub use exchange::{SimulationAnswer, SimulationJob, convex_parts};
 pub use piece::ConvexPiece;
 pub use protocol::{DisplacementSettings, ObjectMotion, SIX_DIRECTIONS, SixDisplacements};
 pub use rapier::{DynamicObject, FixedHand, simulate, simulate_six_directions};

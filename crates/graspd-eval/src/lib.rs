@@ -66,7 +66,7 @@ mod wrench_space;
 pub use displacement::{
     ConvexPiece, DecompositionSettings, DisplacementSettings, DynamicObject, FixedHand,
     ObjectMotion, ObjectPieces, SIX_DIRECTIONS, ShakeOutcome, ShakeSettings, SimulationAnswer,
-    SimulationJob, SixDisplacements, shake, simulate, simulate_six_directions,
+    SimulationJob, SixDisplacements, convex_parts, shake, simulate, simulate_six_directions,
 };
 pub use error::EvaluationError;
 pub use ferrari_canny::{

@@ -41,16 +41,6 @@ pub enum GraspError {
         /// The names that exist.
         known: String,
     },
-    /// A file of settings that cannot be used.
-    #[error(
-        "{path}: {fault}; give settings by the names that run.toml has under [settings], for instance `steps = 3000`"
-    )]
-    InvalidConfig {
-        /// The file.
-        path: PathBuf,
-        /// What is wrong.
-        fault: String,
-    },
     /// No built-in object and no file has the name that was given.
     #[error(
         "{name}: neither a built-in object ({built_in}) nor an existing file; give one of those names or the path of a .obj, .stl, .ply, .off, .glb, .gltf or .dae file"
@@ -114,6 +104,72 @@ pub enum GraspError {
     Diverged {
         /// The start's index.
         index: usize,
+    },
+    /// A file that is no TOML.
+    #[error("{path}{}: {fault}; write it as `graspd config show --toml` does", at_line(*line))]
+    ParseConfiguration {
+        /// The file.
+        path: PathBuf,
+        /// Line number from 1; 0 for the file as a whole.
+        line: usize,
+        /// What is wrong.
+        fault: String,
+    },
+    /// A key that no setting has.
+    #[error(
+        "{origin}: there is no setting `{key}`; did you mean `{nearest}`? (`graspd config show` lists all)"
+    )]
+    UnknownKey {
+        /// The file or flag.
+        origin: String,
+        /// The key.
+        key: String,
+        /// The setting whose key is most like it.
+        nearest: String,
+    },
+    /// A value that its setting cannot have.
+    #[error("{origin}: `{key}`: {fault}; `graspd config show` tells what it usually is")]
+    BadConfiguration {
+        /// The file or flag.
+        origin: String,
+        /// The key.
+        key: String,
+        /// What is wrong.
+        fault: String,
+    },
+    /// A manifest of a batch that cannot be followed.
+    #[error("{path}: {fault}; correct the manifest (docs/guides/datasets.md)")]
+    Manifest {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong.
+        fault: String,
+    },
+    /// A folder that another process writes to.
+    #[error("{path}: {what}; wait for it to end, or choose another folder with -o")]
+    Locked {
+        /// The folder.
+        path: PathBuf,
+        /// Who is at it.
+        what: String,
+    },
+    /// A folder with a batch that has been begun.
+    #[error(
+        "{path}: a batch has been begun there; go on with it with --resume, or choose another folder with -o"
+    )]
+    BatchExists {
+        /// The folder.
+        path: PathBuf,
+    },
+    /// A folder with another batch.
+    #[error(
+        "{path}: this batch is another one: `{key}` differs; make the manifest and the flags as they were, or choose another folder with -o"
+    )]
+    BatchDiffers {
+        /// The folder's `batch.toml`.
+        path: PathBuf,
+        /// What differs.
+        key: String,
     },
     /// The worker threads.
     #[error("cannot start the worker threads: {0}; try fewer with --threads")]

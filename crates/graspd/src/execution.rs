@@ -1,7 +1,7 @@
 //! What a robot needs besides the grasp: where to come from, and how to hold on.
 
 use graspd_hand::{Hand, HandPose, clamp_to_limits};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use crate::GraspError;
 use crate::approach::PathProbe;
@@ -12,7 +12,8 @@ use crate::pressing::Pressing;
 const LEAST_LEVER: f64 = 0.01;
 
 /// How pre-grasps and squeezes are made from grasps.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct ExecutionSettings {
     /// How far the opened hand stands back along the approach \[m\].
     pub retreat: f64,

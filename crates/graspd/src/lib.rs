@@ -44,7 +44,8 @@
 //! | [`Summary::of`], [`write_records`] | ranked records | means over the best; a `grasps.jsonl` |
 //!
 //! [`synthesize_grasps`] does all but the first two and the last, for many starts at once, on rayon's current thread
-//! pool; a [`RunObserver`] sees it happen.
+//! pool; a [`RunObserver`] sees it happen. [`run_batch`] does so for many objects, hands and seeds, into a folder from
+//! which it goes on after a kill. [`ConfigurationLayers`] put all numbers together from a preset, files and flags.
 //!
 //! # What can be relied on
 //!
@@ -60,14 +61,15 @@ mod ablation;
 mod annealing;
 mod approach;
 mod attempt;
+mod batch;
 mod bootstrap;
+mod configuration;
 mod conformity;
 mod dexgraspnet;
 mod diversity;
 mod error;
 mod execution;
 mod object;
-mod overrides;
 mod preset;
 mod pressing;
 mod rank;
@@ -80,6 +82,15 @@ mod synthesis;
 
 pub use ablation::{ConstraintMethod, MethodPart};
 pub use annealing::{AnnealingSettings, anneal};
+pub use batch::{
+    BatchFolder, BatchInput, BatchManifest, BatchObserver, BatchPlan, BatchTally, DatasetSummary,
+    HOLDS_BELOW_CM, ObjectLoader, PlannedObject, PlannedRun, RunRow, RunState, Shard, StartFailure,
+    StartOutcome, grasp_files, run_batch,
+};
+pub use configuration::{
+    Configuration, ConfigurationEntry, ConfigurationLayers, Origin, Parameter,
+    ResolvedConfiguration, parameter,
+};
 pub use conformity::{ConformitySettings, FittedHand, HandFitter, SkinCost, SkinSamples, fit_hand};
 pub use dexgraspnet::read_dexgraspnet;
 pub use diversity::{Diversity, diverse, pose_distances};
@@ -97,9 +108,14 @@ pub use record::{
 };
 pub use record_file::{read_records, write_atomically, write_records};
 pub use run::{
-    Grasp, RunObserver, RunSettings, TrajectoryPoint, draw_start, surface_at_rest,
+    Grasp, GraspMaker, RunObserver, RunSettings, TrajectoryPoint, draw_start, surface_at_rest,
     synthesize_grasps,
 };
 pub use start::{PAPER_STANDOFF, initial_pose, start_rng, transform_object_hand};
 pub use summary::{MetricMeans, Summary};
 pub use synthesis::{Losses, Synthesis, synthesize};
+
+/// The code of the guide, so that it is compiled and run.
+#[cfg(doctest)]
+#[doc = include_str!("../../../docs/guides/use-from-rust.md")]
+struct Guide;

@@ -186,11 +186,26 @@ impl GraspObject {
         cache: Option<DiskCache>,
         progress: &(dyn Fn(f64) + Sync),
     ) -> Result<Self, GraspError> {
-        let distance = SignedDistance::new(&source.mesh)?;
         let sampling = SdfSampling::exact(resolution, PAPER_PADDING);
+        Self::prepare_sampled(source, &sampling, density, cache, progress)
+    }
+
+    /// As [`GraspObject::prepare_cached`], with any sampling of the distance grid: its padding, too, may differ from
+    /// the paper's.
+    ///
+    /// # Errors
+    /// As [`GraspObject::prepare`].
+    pub fn prepare_sampled(
+        source: NamedMesh,
+        sampling: &SdfSampling,
+        density: f64,
+        cache: Option<DiskCache>,
+        progress: &(dyn Fn(f64) + Sync),
+    ) -> Result<Self, GraspError> {
+        let distance = SignedDistance::new(&source.mesh)?;
         let sdf = match &cache {
-            Some(cache) => SdfGrid::sample_cached(&distance, &sampling, cache, progress)?,
-            None => SdfGrid::sample(&distance, &sampling, progress)?,
+            Some(cache) => SdfGrid::sample_cached(&distance, sampling, cache, progress)?,
+            None => SdfGrid::sample(&distance, sampling, progress)?,
         };
         let mass = MassProperties::new(&source.mesh, density, &source.label())?;
         let simulated = SimulatedObject::new(sdf, mass.mass, mass.center_of_mass, mass.inertia)?;

@@ -140,23 +140,10 @@ pub fn synthesize_grasps(
     run: &RunSettings,
     observer: &dyn RunObserver,
 ) -> Result<Vec<Grasp>, GraspError> {
-    settings.validate()?;
-    run.validate()?;
-    let mut judged = ObjectUnderTest::new(&object.source.mesh)?.with_cache(object.cache.clone());
-    if run.evaluation.metrics.self_penetration {
-        judged = judged.grasped_by(&surface_at_rest(hand))?;
-    }
-    let fitter = (settings.conformity.as_ref())
-        .map(|conformity| HandFitter::new(hand, conformity))
-        .transpose()?;
-    let fitter = fitter.as_ref();
+    let maker = GraspMaker::new(object, hand, settings, run)?;
     let mut grasps = (0..run.count)
         .into_par_iter()
-        .map(|index| {
-            one_grasp(
-                object, &judged, hand, fitter, settings, run, index, observer,
-            )
-        })
+        .map(|index| maker.grasp(index, observer))
         .collect::<Result<Vec<_>, _>>()?;
 
     let mut records: Vec<_> = grasps.iter().map(|grasp| grasp.record.clone()).collect();
@@ -179,55 +166,101 @@ pub fn surface_at_rest(hand: &dyn Hand) -> TriangleMesh {
     })
 }
 
-#[allow(clippy::too_many_arguments)]
-fn one_grasp(
-    object: &GraspObject,
-    judged: &ObjectUnderTest,
-    hand: &dyn Hand,
-    fitter: Option<&HandFitter<'_>>,
-    settings: &SynthesisSettings,
-    run: &RunSettings,
-    index: usize,
-    observer: &dyn RunObserver,
-) -> Result<Grasp, GraspError> {
-    let started = Instant::now();
-    let job = Job {
-        object,
-        hand,
-        settings,
-        seed: run.seed,
-        index,
-        trajectory_every: run.trajectory_every,
-        observer,
-    };
-    let Attempt {
-        pose,
-        synthesis,
-        trajectory,
-    } = match (fitter, &settings.annealing) {
-        (_, Some(annealing)) => job.anneal(annealing)?,
-        (Some(fitter), None) => job.fit_and_simulate(fitter)?,
-        (None, None) => job.simulate_from_start()?,
-    };
-    let synthesis_seconds = started.elapsed().as_secs_f64();
+/// Makes the grasps of one hand on one object, one start at a time and in any order.
+///
+/// [`synthesize_grasps`] makes all of a run's; this is for who wants some of them, or each as soon as it is done.
+pub struct GraspMaker<'a> {
+    object: &'a GraspObject,
+    judged: ObjectUnderTest,
+    hand: &'a dyn Hand,
+    fitter: Option<HandFitter<'a>>,
+    settings: &'a SynthesisSettings,
+    run: &'a RunSettings,
+}
 
-    let started = Instant::now();
-    let metrics = evaluate(judged, &hand.surface(&pose), &run.evaluation)?;
-    let seconds = Seconds {
-        synthesis: synthesis_seconds,
-        evaluation: started.elapsed().as_secs_f64(),
-    };
-    let mut record = record_of(object, hand, &pose, &run.execution, index);
-    record.optimizer = synthesis.map(|synthesis| optimizer_record(settings, &synthesis));
-    record.seed = Some(run.seed);
-    record.metrics = Some(metrics);
-    record.seconds = Some(seconds);
-    observer.finished(&record);
-    Ok(Grasp {
-        record,
-        pose,
-        trajectory,
-    })
+impl<'a> GraspMaker<'a> {
+    /// Prepares the judge; what takes long about it is done when the first grasp is judged.
+    ///
+    /// # Errors
+    /// If a setting is out of range, or the object or the hand is not closed.
+    pub fn new(
+        object: &'a GraspObject,
+        hand: &'a dyn Hand,
+        settings: &'a SynthesisSettings,
+        run: &'a RunSettings,
+    ) -> Result<Self, GraspError> {
+        settings.validate()?;
+        run.validate()?;
+        let mut judged =
+            ObjectUnderTest::new(&object.source.mesh)?.with_cache(object.cache.clone());
+        if run.evaluation.metrics.self_penetration {
+            judged = judged.grasped_by(&surface_at_rest(hand))?;
+        }
+        let fitter = (settings.conformity.as_ref())
+            .map(|conformity| HandFitter::new(hand, conformity))
+            .transpose()?;
+        Ok(Self {
+            object,
+            judged,
+            hand,
+            fitter,
+            settings,
+            run,
+        })
+    }
+
+    /// The grasp of start `index`, judged but not ranked: the same, timings apart, whatever was made before.
+    ///
+    /// # Errors
+    /// If the optimisation diverges.
+    pub fn grasp(&self, index: usize, observer: &dyn RunObserver) -> Result<Grasp, GraspError> {
+        let Self {
+            object,
+            hand,
+            settings,
+            run,
+            ..
+        } = *self;
+        let (fitter, judged) = (self.fitter.as_ref(), &self.judged);
+        let started = Instant::now();
+        let job = Job {
+            object,
+            hand,
+            settings,
+            seed: run.seed,
+            index,
+            trajectory_every: run.trajectory_every,
+            observer,
+        };
+        let Attempt {
+            pose,
+            synthesis,
+            trajectory,
+        } = match (fitter, &settings.annealing) {
+            (_, Some(annealing)) => job.anneal(annealing)?,
+            (Some(fitter), None) => job.fit_and_simulate(fitter)?,
+            (None, None) => job.simulate_from_start()?,
+        };
+        let synthesis_seconds = started.elapsed().as_secs_f64();
+
+        let started = Instant::now();
+        let metrics = evaluate(judged, &hand.surface(&pose), &run.evaluation)?;
+        let seconds = Seconds {
+            synthesis: synthesis_seconds,
+            evaluation: started.elapsed().as_secs_f64(),
+        };
+        let mut record = record_of(object, hand, &pose, &run.execution, index);
+        record.optimizer = synthesis.map(|synthesis| optimizer_record(settings, &synthesis));
+        record.seed = Some(run.seed);
+        record.metrics = Some(metrics);
+        record.seconds = Some(seconds);
+        observer.finished(&record);
+        Ok(Grasp {
+            record,
+            pose,
+            trajectory,
+        })
+    }
 }
 
 fn optimizer_record(settings: &SynthesisSettings, synthesis: &Synthesis) -> OptimizerRecord {

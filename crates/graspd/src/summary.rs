@@ -65,9 +65,11 @@ pub struct Summary {
     /// How different the grasps that were kept are; `None` if there are fewer than two, or poses were not looked at.
     #[serde(default)]
     pub diversity: Option<Diversity>,
-    /// Mean seconds of a synthesis on its thread.
+    /// Mean seconds of a synthesis on its thread; 0 in a batch, whose timings are apart.
+    #[serde(default)]
     pub mean_synthesis_seconds: f64,
     /// Mean seconds of an evaluation on its thread.
+    #[serde(default)]
     pub mean_evaluation_seconds: f64,
 }
 

@@ -9,7 +9,7 @@ use graspd_geom::{CacheSize, DiskCache};
 use crate::console::{print, print_json, warn};
 
 /// Where distance grids and convex decompositions are kept between runs.
-#[derive(Args)]
+#[derive(Args, Default)]
 pub(crate) struct CacheChoice {
     /// Keep distance grids and decompositions in this folder (GRASPD_CACHE_DIR, or the user's cache, by default)
     #[arg(long, value_name = "DIR")]

@@ -17,6 +17,7 @@ use rayon::prelude::*;
 use serde::Serialize;
 
 use super::cache::CacheChoice;
+use super::configuration::ConfigurationChoice;
 use super::engine::{Engine, OutsideEngine};
 use super::input::{HandLoading, RepairChoice, on_threads};
 use super::output::prepare_file;
@@ -40,9 +41,11 @@ pub(crate) struct Arguments {
     hand: Option<String>,
     #[command(flatten)]
     loading: HandLoading,
-    /// Only these metrics, separated by commas: ca, iv, pd (penetration depth), spd (self-penetration), gws (epsilon and volume), sd, sd6, shake
-    #[arg(long, default_value = "all", value_name = "LIST")]
-    metrics: Metrics,
+    /// Only these metrics, separated by commas (all by default): ca, iv, pd (penetration depth), spd (self-penetration), gws (epsilon and volume), sd, sd6, shake
+    #[arg(long, value_name = "LIST")]
+    metrics: Option<Metrics>,
+    #[command(flatten)]
+    configuration: ConfigurationChoice,
     /// Physics engine of sd, sd6 and shake (docs/engines.md)
     #[arg(long, value_enum, default_value_t = Engine::default())]
     engine: Engine,
@@ -99,9 +102,12 @@ fn judge(arguments: &Arguments) -> Result<()> {
         prepare_file(output, "-o")?;
     }
     let outside = arguments.engine.open(arguments.python.as_deref())?;
+    let configured = arguments.configuration.resolve(quiet)?;
+    let configured = configured.configuration.evaluation;
+    let metrics = arguments.metrics.unwrap_or(configured.metrics);
     let wanted = EvaluationSettings {
-        metrics: arguments.metrics,
-        ..EvaluationSettings::default()
+        metrics,
+        ..configured
     };
     let settings = match outside {
         None => wanted.clone(),
@@ -111,7 +117,7 @@ fn judge(arguments: &Arguments) -> Result<()> {
                 displacement: false,
                 displacement_mean6: false,
                 shake: false,
-                ..arguments.metrics
+                ..metrics
             },
             ..wanted.clone()
         },
@@ -172,7 +178,7 @@ fn judge(arguments: &Arguments) -> Result<()> {
         }
     }
     CacheChoice::tell_fault(cache.as_ref(), quiet);
-    if arguments.metrics.displacement {
+    if metrics.displacement {
         rank_by_displacement(&mut records);
     }
     let summary = Summary::of(&records);

@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use anyhow::{Context, Result, bail};
 use clap::Args;
 use graspd::{GraspError, GraspObject, NamedMesh};
-use graspd_geom::{DiskCache, Quaternion, RepairSettings, Vec3};
+use graspd_geom::{DiskCache, Quaternion, RepairSettings, SdfSampling, Vec3};
 use graspd_hand::{Hand, HandPose, LoadOptions, load_hand_from};
 
 use crate::console::warn;
@@ -63,6 +63,13 @@ pub(crate) struct RepairChoice {
 }
 
 impl RepairChoice {
+    /// The choice that a flag was not asked for.
+    pub(crate) fn of(is_repaired: bool) -> Self {
+        Self {
+            no_repair: !is_repaired,
+        }
+    }
+
     fn load(&self, name_or_path: &str, scale: f64) -> Result<NamedMesh, GraspError> {
         if self.no_repair {
             NamedMesh::load(name_or_path, scale)
@@ -166,25 +173,22 @@ pub(crate) fn load_hand_to_scale(
 /// Builds the distance grid with progress.
 pub(crate) fn prepare_object(
     source: NamedMesh,
-    resolution: usize,
+    sampling: &SdfSampling,
     density: f64,
     cache: Option<DiskCache>,
     quiet: bool,
 ) -> Result<GraspObject> {
-    let title = format!("signed distance, {resolution}^3");
+    let title = format!("signed distance, {}^3", sampling.resolution);
     let progress = Progress::start(&title, 1000, quiet);
-    let object = GraspObject::prepare_cached(source, resolution, density, cache, &|fraction| {
+    let object = GraspObject::prepare_sampled(source, sampling, density, cache, &|fraction| {
         progress.set((1000.0 * fraction) as u64);
     })?;
     progress.finish();
     Ok(object)
 }
 
-/// Runs `work` on a pool of `threads` threads (by default, one for each core).
-pub(crate) fn on_threads<R: Send>(
-    threads: Option<usize>,
-    work: impl FnOnce() -> R + Send,
-) -> Result<R> {
+/// A pool of `threads` threads (by default, one for each core).
+pub(crate) fn thread_pool(threads: Option<usize>) -> Result<rayon::ThreadPool> {
     if let Some(count) = threads
         && !(1..=MOST_THREADS).contains(&count)
     {
@@ -192,9 +196,16 @@ pub(crate) fn on_threads<R: Send>(
             "--threads is {count}; it must be 1 to {MOST_THREADS} (leave it out for one on each core)"
         );
     }
-    let pool = rayon::ThreadPoolBuilder::new()
+    rayon::ThreadPoolBuilder::new()
         .num_threads(threads.unwrap_or(0))
         .build()
-        .context("cannot start the worker threads; try fewer with --threads")?;
-    Ok(pool.install(work))
+        .context("cannot start the worker threads; try fewer with --threads")
+}
+
+/// Runs `work` on a pool of `threads` threads (by default, one for each core).
+pub(crate) fn on_threads<R: Send>(
+    threads: Option<usize>,
+    work: impl FnOnce() -> R + Send,
+) -> Result<R> {
+    Ok(thread_pool(threads)?.install(work))
 }

@@ -8,20 +8,20 @@ use std::time::Instant;
 
 use anyhow::{Result, bail};
 use clap::Args;
-use clap::builder::{NonEmptyStringValueParser, PossibleValuesParser};
+use clap::builder::NonEmptyStringValueParser;
 use graspd::{
-    Diversity, ExecutionSettings, Grasp, GraspObject, GraspRecord, MethodPart, PAPER_PADDING,
-    PAPER_RESOLUTION, PRESETS, RunObserver, RunSettings, SCHEMA, Summary, SynthesisSettings,
-    diverse, pose_distances, pressing_contacts, synthesize_grasps,
+    Configuration, Diversity, Grasp, GraspObject, GraspRecord, MethodPart, RunObserver,
+    RunSettings, SCHEMA, Summary, SynthesisSettings, diverse, pose_distances, pressing_contacts,
+    synthesize_grasps,
 };
-use graspd_eval::EvaluationSettings;
+use graspd_geom::SdfSampling;
 use graspd_hand::{Hand, HandPose, LoadOptions};
 use serde::Serialize;
 
 use super::cache::CacheChoice;
+use super::configuration::SettingFlags;
 use super::input::{
-    HandLoading, RepairChoice, check_resolution, load_hand_to_scale, load_object, on_threads,
-    prepare_object,
+    HandLoading, RepairChoice, load_hand_to_scale, load_object, on_threads, prepare_object,
 };
 use super::output::{
     Machine, RunDescription, prepare_file, prepare_folder, remove_leftovers, write_meshes,
@@ -50,35 +50,18 @@ pub(crate) struct Arguments {
     hand: String,
     #[command(flatten)]
     loading: HandLoading,
-    /// How many grasps, each from its own start
-    #[arg(short = 'n', long = "count", default_value_t = 10)]
-    count: usize,
     /// Keep only the K best grasps (all by default)
     #[arg(long, value_name = "K")]
     top_k: Option<usize>,
     /// Keep K grasps that hold and are as different as possible instead: the best, and then those farthest from the others
     #[arg(long, requires = "top_k")]
     diverse: bool,
-    /// Seed of the starts
-    // TOML, and so run.toml, has no larger integers.
-    #[arg(long, default_value_t = 0, value_parser = clap::value_parser!(u64).range(..=i64::MAX as u64))]
-    seed: u64,
-    /// Set of parameters
-    #[arg(long, default_value = "default", value_parser = PossibleValuesParser::new(PRESETS))]
-    preset: String,
-    /// Steps of the simulation for each grasp (the preset's number by default); schedules stretch along
-    #[arg(long)]
-    steps: Option<usize>,
     /// Leave out a part of the method, as ablation studies do (may be repeated): coarse-to-fine, leaky-gradient,
     /// relaxation (the task constraint is on the real contact forces) or mdmm (a fixed penalty instead)
     #[arg(long, value_name = "PART")]
     without: Vec<MethodPart>,
-    /// Settings that differ from the preset's: a TOML file, names as in run.toml under [settings]
-    #[arg(long, value_name = "FILE.toml")]
-    config: Option<PathBuf>,
-    /// Samples of the distance grid along each axis
-    #[arg(long, default_value_t = PAPER_RESOLUTION)]
-    resolution: usize,
+    #[command(flatten)]
+    settings: SettingFlags,
     /// Multiplies the object's coordinates (0.001 for a mesh in millimetres)
     #[arg(long, default_value_t = 1.0, allow_negative_numbers = true)]
     scale: f64,
@@ -88,15 +71,6 @@ pub(crate) struct Arguments {
     /// Output folder
     #[arg(short, long, default_value = "grasps")]
     output: PathBuf,
-    /// How far the opened hand of the pre-grasp stands back \[m\]
-    #[arg(long, value_name = "M", default_value_t = ExecutionSettings::default().retreat, allow_negative_numbers = true)]
-    retreat: f64,
-    /// How far the squeeze target moves the contact points on into the object, on average \[m\]
-    #[arg(long, value_name = "M", default_value_t = ExecutionSettings::default().squeeze, allow_negative_numbers = true)]
-    squeeze: f64,
-    /// Sum of the contact forces that the squeeze's joint torques balance \[N\]
-    #[arg(long, value_name = "N", default_value_t = ExecutionSettings::default().squeeze_force, allow_negative_numbers = true)]
-    squeeze_force: f64,
     /// Render the best grasp to this PNG file
     #[arg(long, value_name = "FILE")]
     png: Option<PathBuf>,
@@ -127,31 +101,28 @@ fn synthesize(arguments: &Arguments) -> Result<()> {
     if arguments.top_k == Some(0) {
         bail!("--top-k is 0; it must be at least 1 (leave it out to keep all grasps)");
     }
-    let mut settings = SynthesisSettings::preset(&arguments.preset)?;
-    if let Some(file) = &arguments.config {
-        settings = settings.with_overrides_from(file)?;
-    }
+    let Configuration {
+        seed,
+        grasps: count,
+        sdf_resolution,
+        sdf_padding_m,
+        mut settings,
+        execution,
+        evaluation,
+    } = arguments.settings.resolve(quiet)?.configuration;
+    let sampling = SdfSampling::exact(sdf_resolution, sdf_padding_m);
     for part in &arguments.without {
         settings = settings.without(*part);
     }
-    if let Some(steps) = arguments.steps {
-        settings = settings.with_steps(steps);
-    }
     settings.validate()?;
     let run = RunSettings {
-        seed: arguments.seed,
-        count: arguments.count,
+        seed,
+        count,
         trajectory_every: arguments.trajectory.then_some(TRAJECTORY_INTERVAL),
-        execution: ExecutionSettings {
-            retreat: arguments.retreat,
-            squeeze: arguments.squeeze,
-            squeeze_force: arguments.squeeze_force,
-        },
-        evaluation: EvaluationSettings::default(),
+        execution,
+        evaluation,
     };
-    run.validate()?;
     let loading = arguments.loading.options()?;
-    check_resolution(arguments.resolution)?;
     let hand = load_hand_to_scale(&arguments.hand, &loading)?;
     let source = load_object(&arguments.object, arguments.scale, &arguments.repair, quiet)?;
     prepare_folder(&arguments.output)?;
@@ -161,8 +132,7 @@ fn synthesize(arguments: &Arguments) -> Result<()> {
 
     let started = Instant::now();
     let cache = arguments.cache.open();
-    let (resolution, density) = (arguments.resolution, settings.density);
-    let object = prepare_object(source, resolution, density, cache.clone(), quiet)?;
+    let object = prepare_object(source, &sampling, settings.density, cache.clone(), quiet)?;
     let preparation = started.elapsed().as_secs_f64();
 
     let started = Instant::now();
@@ -186,6 +156,7 @@ fn synthesize(arguments: &Arguments) -> Result<()> {
         &loading,
         &object,
         hand.as_ref(),
+        &sampling,
         &settings,
         &run,
         &grasps,
@@ -305,11 +276,13 @@ fn synthesize_with_progress(
     Ok(grasps)
 }
 
+#[allow(clippy::too_many_arguments)]
 fn write(
     arguments: &Arguments,
     loading: &LoadOptions,
     object: &GraspObject,
     hand: &dyn Hand,
+    sampling: &SdfSampling,
     settings: &SynthesisSettings,
     run: &RunSettings,
     grasps: &[Grasp],
@@ -328,8 +301,8 @@ fn write(
             seed: run.seed,
             grasps: run.count,
             top_k: arguments.top_k,
-            sdf_resolution: arguments.resolution,
-            sdf_padding_m: PAPER_PADDING,
+            sdf_resolution: sampling.resolution,
+            sdf_padding_m: sampling.padding,
             machine: Machine {
                 os: std::env::consts::OS,
                 arch: std::env::consts::ARCH,

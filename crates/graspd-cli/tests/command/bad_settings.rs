@@ -52,11 +52,14 @@ fn a_file_of_settings_is_checked_before_the_work() {
     let (file, run) = (folder.path().join("quick.toml"), folder.path().join("run"));
     for (content, part) in [
         ("", ""),
-        ("pace = 3", "`pace`"),
-        ("steps = -3", "quick.toml"),
-        ("steps 3", "line 1"),
-        ("task_limit = -1.0", "`task_limit`"),
-        ("[conformity]\ncandidates = 0", "`conformity.candidates`"),
+        ("settings.pace = 3", "settings.pace"),
+        ("settings.steps = -3", "quick.toml"),
+        ("settings.steps 3", "quick.toml"),
+        ("settings.task_limit = -1.0", "task_limit"),
+        (
+            "[settings.conformity]\ncandidates = 0",
+            "conformity.candidates",
+        ),
     ] {
         if !content.is_empty() {
             std::fs::write(&file, content).unwrap();

@@ -187,7 +187,7 @@ fn files_are_objects_too_and_dir_is_grasps_by_default() {
 fn settings_from_a_file_and_parts_left_out_are_in_the_run() {
     let folder = tempdir().unwrap();
     let file = folder.path().join("soft.toml");
-    fs::write(&file, "task_limit = 2e-4\nwarmup_steps = 10\n").unwrap();
+    fs::write(&file, "[settings]\ntask_limit = 2e-4\nwarmup_steps = 10\n").unwrap();
     let run = folder.path().join("run");
     let flags = ["--steps", "30", "--resolution", "32", "-n", "3", "-q"];
     let more = ["--without", "mdmm", "--without", "leaky-gradient"];
@@ -212,7 +212,7 @@ fn settings_from_a_file_and_parts_left_out_are_in_the_run() {
     assert_eq!(settings["leak"].as_float(), Some(0.0));
     let weight = settings["constraint_method"]["penalty"]["weight"].as_float();
     assert_eq!(weight, Some(1.0));
-    let name = "paper+soft-without-mdmm-without-leaky-gradient";
+    let name = "paper-without-mdmm-without-leaky-gradient";
     assert_eq!(settings["preset"].as_str(), Some(name));
 
     let records = lines(&run.join("grasps.jsonl"));

@@ -181,7 +181,7 @@ impl SimulationJob {
         as_pieces: bool,
     ) -> Result<(), EvaluationError> {
         let pieces = if as_pieces {
-            hand_pieces(hand)?
+            convex_parts(hand)?
         } else {
             Vec::new()
         };
@@ -235,8 +235,12 @@ impl SimulationJob {
     }
 }
 
-/// Convex pieces of each connected part.
-fn hand_pieces(hand: &TriangleMesh) -> Result<Vec<ConvexPiece>, EvaluationError> {
+/// A hand's surface as convex pieces, for engines that know no concave meshes: each of its connected parts is
+/// decomposed as an object is.
+///
+/// # Errors
+/// [`EvaluationError::BadMesh`] if a part is not closed.
+pub fn convex_parts(hand: &TriangleMesh) -> Result<Vec<ConvexPiece>, EvaluationError> {
     let settings = DecompositionSettings {
         max_pieces: MOST_HAND_PIECES,
         ..DecompositionSettings::default()

@@ -1,0 +1,231 @@
+use toml::Table;
+
+use super::descriptions::names;
+use super::*;
+
+fn layers(texts: &[&str]) -> ConfigurationLayers {
+    let mut layers = ConfigurationLayers::default();
+    for (number, text) in texts.iter().enumerate() {
+        let table: Table = text.parse().unwrap();
+        layers.push(Origin::Flag(format!("--layer{number}")), table);
+    }
+    layers
+}
+
+fn resolved(texts: &[&str]) -> ResolvedConfiguration {
+    layers(texts).resolve().unwrap()
+}
+
+fn fault(texts: &[&str]) -> String {
+    layers(texts).resolve().unwrap_err().to_string()
+}
+
+#[test]
+fn nothing_said_is_the_default() {
+    let plain = resolved(&[]);
+    assert_eq!(plain.configuration, Configuration::default());
+    assert_eq!(plain.origin("execution.squeeze"), Origin::Default);
+    assert_eq!(
+        plain.origin("settings.steps"),
+        Origin::Preset("default".into())
+    );
+}
+
+#[test]
+fn every_key_has_a_source_and_every_source_a_key() {
+    let entries = resolved(&[]).entries().unwrap();
+    for entry in &entries {
+        assert_ne!(entry.parameter.source, "", "{} is not described", entry.key);
+    }
+    for name in names() {
+        let is_used = entries.iter().any(|entry| match name.strip_suffix('*') {
+            Some(start) => entry.key.starts_with(start),
+            None => entry.key == name,
+        });
+        assert!(is_used, "there is no {name}");
+    }
+    // What stretches is what the library stretches.
+    let (short, long) = (
+        resolved(&["[settings]\nsteps = 70"]),
+        resolved(&["[settings]\nsteps = 140"]),
+    );
+    let (short, long) = (short.entries().unwrap(), long.entries().unwrap());
+    for (a, b) in short.iter().zip(&long) {
+        let is_steps = a.key == "settings.steps";
+        let differs = a.value != b.value && !is_steps;
+        assert!(!differs || a.parameter.stretches, "{}", a.key);
+    }
+}
+
+#[test]
+fn the_last_layer_wins_and_is_named() {
+    let both = resolved(&[
+        "sdf_resolution = 64\n[settings]\npreset = \"soft\"\nforce_rate = 0.5\nleak = 0.3",
+        "[settings]\nforce_rate = 0.25",
+    ]);
+    let Configuration {
+        settings,
+        sdf_resolution,
+        ..
+    } = &both.configuration;
+    assert_eq!((settings.preset.as_str(), *sdf_resolution), ("soft", 64));
+    assert_eq!((settings.force_rate, settings.leak), (0.25, 0.3));
+    assert_eq!(settings.steps, SynthesisSettings::soft().steps);
+    assert_eq!(both.origin("settings.force_rate").to_string(), "--layer1");
+    assert_eq!(both.origin("settings.leak").to_string(), "--layer0");
+    assert_eq!(both.origin("settings.density").to_string(), "preset soft");
+    // A preset in a later layer goes under everything, too.
+    let other = resolved(&[
+        "[settings]\nforce_rate = 0.5",
+        "[settings]\npreset = \"paper\"",
+    ]);
+    let expected = SynthesisSettings {
+        force_rate: 0.5,
+        ..SynthesisSettings::paper()
+    };
+    assert_eq!(other.configuration.settings, expected);
+}
+
+#[test]
+fn steps_stretch_what_is_below_and_not_what_is_beside_them() {
+    let stretched = resolved(&["[settings]\npreset = \"soft\"\nstiffening_start = 3\nsteps = 700"]);
+    let expected = SynthesisSettings {
+        stiffening_start: 3,
+        ..SynthesisSettings::soft().with_steps(700)
+    };
+    assert_eq!(stretched.configuration.settings, expected);
+    assert_eq!(
+        stretched.origin("settings.decay_start").to_string(),
+        "preset soft, stretched"
+    );
+    assert_eq!(
+        stretched.origin("settings.stiffening_start").to_string(),
+        "--layer0"
+    );
+}
+
+#[test]
+fn a_configuration_written_and_read_is_the_same() {
+    for preset in crate::PRESETS {
+        let text = format!(
+            "[settings]\npreset = \"{preset}\"\nsteps = 123\n[evaluation]\ntorque_scale = 0.07"
+        );
+        let first = resolved(&[&text]);
+        let again = resolved(&[&first.to_toml().unwrap()]);
+        assert_eq!(first.configuration, again.configuration);
+    }
+}
+
+#[test]
+fn the_fit_can_be_switched_on_and_off() {
+    let conformity = |text: &str| resolved(&[text]).configuration.settings.conformity;
+    assert_eq!(conformity("[settings]\nconformity = false"), None);
+    assert_eq!(
+        conformity("[settings]\npreset = \"soft\"\nconformity = true"),
+        Some(crate::ConformitySettings::default())
+    );
+    let own =
+        conformity("[settings]\npreset = \"soft\"\n[settings.conformity]\ncandidates = 2").unwrap();
+    assert_eq!(own.candidates, 2);
+    let soft = resolved(&["[settings]\npreset = \"soft\""])
+        .entries()
+        .unwrap();
+    assert!(!soft.iter().any(|entry| entry.key.contains("conformity")));
+}
+
+#[test]
+fn metrics_may_be_a_list() {
+    let metrics = resolved(&["[evaluation]\nmetrics = \"ca,sd\""])
+        .configuration
+        .evaluation
+        .metrics;
+    assert_eq!(metrics, "ca,sd".parse().unwrap());
+    assert!(fault(&["[evaluation]\nmetrics = \"ca,speed\""]).contains("speed"));
+}
+
+#[test]
+fn mistakes_are_named_with_their_layer() {
+    for (text, parts) in [
+        (
+            "[settings]\nstepz = 3",
+            ["settings.stepz", "settings.steps"],
+        ),
+        ("steps = 3", ["`steps`", "settings.steps"]),
+        (
+            "[evaluatoin]\nfriction = 1.0",
+            ["evaluatoin.friction", "evaluation.friction"],
+        ),
+        (
+            "[evaluation]\nvoxelsize = 1e-3",
+            ["voxelsize", "evaluation.voxel_size"],
+        ),
+        (
+            "[settings.steps]\nmore = 3",
+            ["settings.steps.more", "settings.steps"],
+        ),
+        ("[nonsense]", ["`nonsense`", "--layer0"]),
+        ("[settings]\nsteps = 3.5", ["settings.steps", "--layer0"]),
+        ("[settings]\nsteps = -3", ["settings.steps", "--layer0"]),
+        (
+            "[settings]\nforce_rate = \"fast\"",
+            ["settings.force_rate", "invalid type"],
+        ),
+        (
+            "[settings]\npreset = \"best\"",
+            ["best", "default, fast, soft, paper"],
+        ),
+        ("[settings]\npreset = 3", ["settings.preset", "a name"]),
+        (
+            "[settings.conformity]\nreach = [1.0]",
+            ["settings.conformity.reach", "--layer0"],
+        ),
+        ("grasps = 0", ["grasps", "at least 1"]),
+        ("sdf_resolution = 5000", ["sdf_resolution", "2 to 1024"]),
+        ("sdf_padding_m = -1", ["sdf_padding_m", "0 to 1"]),
+        ("[settings]\nleak = 2", ["leak", "between 0 and 1"]),
+    ] {
+        let message = fault(&[text]);
+        for part in parts {
+            assert!(message.contains(part), "no {part} in: {message}");
+        }
+    }
+}
+
+#[test]
+fn values_of_flags_are_toml_or_text() {
+    let mut layers = ConfigurationLayers::default();
+    let flag = || Origin::Flag("--set".into());
+    layers.set_text(flag(), "settings.force_rate", "1e-3");
+    layers.set_text(flag(), "settings.clamp_joints", "true");
+    layers.set_text(flag(), "evaluation.force_limit", "each");
+    layers.set_text(
+        flag(),
+        "evaluation.displacement.gravity_direction",
+        "[0, 0, -1]",
+    );
+    let Configuration {
+        settings,
+        evaluation,
+        ..
+    } = layers.resolve().unwrap().configuration;
+    assert_eq!((settings.force_rate, settings.clamp_joints), (1e-3, true));
+    assert_eq!(evaluation.force_limit, graspd_eval::ForceLimit::Each);
+    assert_eq!(evaluation.displacement.gravity_direction, [0.0, 0.0, -1.0]);
+}
+
+#[test]
+fn files_that_are_no_toml_are_named_with_the_line() {
+    let file = tempfile::NamedTempFile::new().unwrap();
+    std::fs::write(file.path(), "seed = 1\n[settings\n").unwrap();
+    let error = ConfigurationLayers::default()
+        .push_file(file.path())
+        .unwrap_err()
+        .to_string();
+    assert!(error.contains(", line 2: "), "{error}");
+    let missing = file.path().with_extension("none");
+    let error = ConfigurationLayers::default()
+        .push_file(&missing)
+        .unwrap_err()
+        .to_string();
+    assert!(error.contains("cannot be read"), "{error}");
+}
