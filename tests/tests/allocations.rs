@@ -5,7 +5,7 @@
 use std::alloc::System;
 
 use graspd::{GraspObject, Losses, NamedMesh, SynthesisSettings, draw_start, synthesize};
-use graspd_hand::{Hand, HandOptions, HandPose, Kinematics, allegro, builtin_hand};
+use graspd_hand::{Hand, HandOptions, HandPose, Kinematics, MirroredHand, allegro, builtin_hand};
 use graspd_sim::Precision;
 use stats_alloc::{INSTRUMENTED_SYSTEM, Stats, StatsAlloc};
 
@@ -37,9 +37,10 @@ fn steps_allocate_nothing() {
     };
     let rigid = allegro(&options).expect("these options are in range");
     let soft = builtin_hand("human").expect("it is built in");
+    let mirrored = MirroredHand::new(builtin_hand("human").expect("it is built in"));
     let source = NamedMesh::load("can", 1.0).expect("a built-in object");
     let object = GraspObject::prepare(source, 32, 1000.0, &|_| {}).expect("it has a volume");
-    let hands: [&dyn Hand; 2] = [&rigid, &*soft];
+    let hands: [&dyn Hand; 3] = [&rigid, &*soft, &mirrored];
     for hand in hands {
         for allocated in [
             allocated_by_step::<f32>(hand, &object),

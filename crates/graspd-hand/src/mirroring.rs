@@ -83,10 +83,17 @@ impl Reflection {
     }
 
     fn pose(self, pose: &HandPose) -> HandPose {
+        self.pose_in(pose, Vec::new())
+    }
+
+    /// The pose on the other side, its articulation in the vector given.
+    fn pose_in(self, pose: &HandPose, mut articulation: Vec<f64>) -> HandPose {
+        articulation.clear();
+        articulation.extend_from_slice(&pose.articulation);
         HandPose {
             translation: self.vector(pose.translation),
             rotation: self.quaternion(pose.rotation),
-            articulation: pose.articulation.clone(),
+            articulation,
         }
     }
 }
@@ -134,6 +141,7 @@ impl MirroredHand {
 /// Copies of a mirrored hand's inputs on the original's side, kept in [`HandScratch`].
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Reflected<E> {
+    articulation: Vec<f64>,
     contacts: PointBuffer<E>,
     contact_gradient: PointBuffer<E>,
     spheres: PointBuffer<E>,
@@ -143,6 +151,7 @@ pub(crate) struct Reflected<E> {
 impl<E: Element> Reflected<E> {
     fn zeros(contacts: usize, spheres: usize) -> Self {
         Self {
+            articulation: Vec::new(),
             contacts: PointBuffer::zeros(contacts),
             contact_gradient: PointBuffer::zeros(contacts),
             spheres: PointBuffer::zeros(spheres),
@@ -204,8 +213,9 @@ where
         contacts: &mut PointBuffer<E>,
         spheres: &mut PointBuffer<E>,
     ) {
-        let mirrored = self.reflection.pose(pose);
         let mut copies = std::mem::take(E::reflected(scratch));
+        let articulation = std::mem::take(&mut copies.articulation);
+        let mirrored = self.reflection.pose_in(pose, articulation);
         self.original.forward(
             &mirrored,
             scratch,
@@ -214,6 +224,7 @@ where
         );
         E::contacts(self.reflection, scratch, &copies.contacts, contacts);
         self.reflection.points(&copies.spheres, spheres);
+        copies.articulation = mirrored.articulation;
         *E::reflected(scratch) = copies;
     }
 
@@ -227,8 +238,9 @@ where
         sphere_gradient: &PointBuffer<E>,
         gradient: &mut PoseGradient,
     ) {
-        let mirrored = self.reflection.pose(pose);
         let mut copies = std::mem::take(E::reflected(scratch));
+        let articulation = std::mem::take(&mut copies.articulation);
+        let mirrored = self.reflection.pose_in(pose, articulation);
         for (from, to) in [
             (contacts, &mut copies.contacts),
             (contact_gradient, &mut copies.contact_gradient),
@@ -246,6 +258,7 @@ where
             &copies.sphere_gradient,
             gradient,
         );
+        copies.articulation = mirrored.articulation;
         *E::reflected(scratch) = copies;
         gradient.translation = self.reflection.vector(gradient.translation);
         gradient.rotation = self.reflection.axial(gradient.rotation);

@@ -29,7 +29,7 @@ const SCRIPT: &str = include_str!("../../viewer/viewer.js");
 /// An object is thinned out beyond this many faces.
 const MOST_OBJECT_FACES: usize = 150_000;
 /// All optimisations together keep about this many bytes of frames, before compression.
-const FRAME_BYTES: usize = 10_000_000;
+const FRAME_BYTES: usize = 8_000_000;
 /// Frames of one optimisation: at least, and at most.
 const FRAMES: [usize; 2] = [12, 160];
 

@@ -16,7 +16,7 @@ fn quick() -> ConformitySettings {
         candidates: 2,
         coarse_samples: 300,
         fine_samples: 600,
-        core_samples: [300, 1500],
+        core_samples: [300, 700],
         dense_samples: 20_000,
         ..ConformitySettings::default()
     }
@@ -102,9 +102,10 @@ fn the_projection_bounds_the_depth_and_keeps_the_contact() {
     assert!(!fitter.is_shallow(&before), "{}", before.deepest);
     let after = fitter.project(sdf, &CAN.distance, &fitted.pose);
     assert!(
-        after.deepest < 1.3 * settings.rigid_deepest,
-        "{}",
-        after.deepest
+        after.deepest < 0.5 * before.deepest,
+        "{} {}",
+        after.deepest,
+        before.deepest
     );
     assert!(after.contact_area > 0.5 * before.contact_area);
 }
@@ -305,7 +306,12 @@ fn settings_out_of_range_are_named() {
 #[test]
 fn grasps_of_the_default_preset_do_not_depend_on_threads() {
     let settings = SynthesisSettings {
-        conformity: Some(quick()),
+        conformity: Some(ConformitySettings {
+            candidates: 4,
+            // The projection costs contact, and on so coarse a grid much of it.
+            rigid_deepest: 2e-3,
+            ..quick()
+        }),
         ..SynthesisSettings::default().with_steps(50)
     };
     let run = RunSettings {
