@@ -305,11 +305,10 @@ fn settings_out_of_range_are_named() {
 
 #[test]
 fn grasps_of_the_default_preset_do_not_depend_on_threads() {
-    let settings = SynthesisSettings {
+    let settings = |projection_iterations| SynthesisSettings {
         conformity: Some(ConformitySettings {
             candidates: 4,
-            // The projection costs contact, and on so coarse a grid much of it.
-            rigid_deepest: 2e-3,
+            projection_iterations,
             ..quick()
         }),
         ..SynthesisSettings::default().with_steps(50)
@@ -324,12 +323,19 @@ fn grasps_of_the_default_preset_do_not_depend_on_threads() {
             ..EvaluationSettings::default()
         },
     };
-    let on = |threads| {
+    let on = |threads, settings: &SynthesisSettings| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
-        let run = || synthesize_grasps(&CAN, &*HAND, &settings, &run, &()).unwrap();
+        let run = || synthesize_grasps(&CAN, &*HAND, settings, &run, &()).unwrap();
         pool.unwrap().install(run)
     };
-    let (one, two) = (on(1), on(2));
+    let projected = settings(3);
+    let (one, two) = (on(1, &projected), on(2, &projected));
+    for (a, b) in one.iter().zip(&two) {
+        assert_eq!((&a.pose, &a.record.metrics), (&b.pose, &b.record.metrics));
+    }
+    // The projection costs contact, and on so coarse a grid much of it: the area is that before it.
+    let fitted = settings(0);
+    let (one, two) = (on(1, &fitted), on(2, &fitted));
     assert_eq!(one.len(), 2);
     for (a, b) in one.iter().zip(&two) {
         assert_eq!(a.pose, b.pose);
