@@ -103,6 +103,7 @@ fn largest_radius(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::run::surface_at_rest;
     use graspd_hand::builtin_hand;
 
     #[test]
@@ -110,11 +111,7 @@ mod tests {
         for name in ["allegro", "human"] {
             let hand = builtin_hand(name).expect("it is built in");
             let core = HandCore::new(&*hand, 400).unwrap();
-            let surface = hand.surface(&HandPose {
-                translation: Vec3::zero(),
-                rotation: Quaternion::identity(),
-                articulation: hand.open_articulation().to_vec(),
-            });
+            let surface = surface_at_rest(&*hand);
             let solid = SignedDistance::new(&surface).unwrap();
             assert!(core.len() > 100, "{name}: {}", core.len());
             let mut largest: f64 = 0.0;

@@ -1,10 +1,11 @@
 //! Points spread evenly over a hand's surface, which follow the hand as it moves.
 
-use graspd_geom::{Quaternion, SignedDistance, TriangleMesh, Vec3, sample_evenly};
-use graspd_hand::{Hand, HandPose};
+use graspd_geom::{SignedDistance, TriangleMesh, sample_evenly};
+use graspd_hand::Hand;
 use nalgebra::{Point3, Vector3};
 
 use crate::GraspError;
+use crate::run::surface_at_rest;
 
 /// Seed of the pattern; any would do.
 const SEED: u64 = 7;
@@ -33,11 +34,7 @@ impl SkinSamples {
     /// # Errors
     /// If the hand's surface is not closed.
     pub fn new(hand: &dyn Hand, count: usize) -> Result<Self, GraspError> {
-        let surface = hand.surface(&HandPose {
-            translation: Vec3::zero(),
-            rotation: Quaternion::identity(),
-            articulation: hand.open_articulation().to_vec(),
-        });
+        let surface = surface_at_rest(hand);
         let solid = SignedDistance::new(&surface)?;
         let points = sample_evenly(&surface, count, SEED);
         let area = surface.area() / points.len().max(1) as f64;
