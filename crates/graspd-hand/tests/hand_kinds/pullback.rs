@@ -108,7 +108,7 @@ fn moved(pose: &HandPose, index: usize, amount: f64) -> HandPose {
 const STEP: f64 = 1e-5;
 const DIFFERENCES: f64 = 1e-6;
 /// Reverse mode sums up to 1600 points in another order.
-const REVERSE: f64 = 1e-10;
+const REVERSE: f64 = 1e-12;
 
 /// Reverse mode through base and joints, for the contact points alone.
 fn by_tape(kind: &Kind, pose: &HandPose) -> (f64, Vec<f64>) {
