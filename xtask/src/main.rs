@@ -31,6 +31,8 @@ usage: cargo xtask <command>
         differences to an earlier run are significant
   man [DIR]
         manual pages and shell completions of the graspd command, into target/man or DIR
+  plot DIR RUN...
+        contact, displacement and time of runs of evaluate (their evaluation.json or folders) as pictures in DIR
   reproduce-table4 [--ycb DIR] [--objects LIST] [--quick] [--fresh]
         the paper's RGB-D experiment: grasps on true and reconstructed meshes, judged on the true ones; an
         interrupted run goes on where it was, --fresh begins anew
@@ -41,7 +43,8 @@ fn main() -> ExitCode {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
     let words: Vec<&str> = arguments.iter().map(String::as_str).collect();
     // The manifest's folder at compile time: xtask is always run from a checkout.
-    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
+    let manifest = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let root = manifest.parent().unwrap_or(manifest).to_owned();
     match words.as_slice() {
         ["bench"] => exit_code(bench::bench(&root, None)),
         ["bench", "--save", name] => exit_code(bench::bench(&root, Some(name))),
@@ -63,6 +66,7 @@ fn main() -> ExitCode {
         },
         ["man"] => exit_code(manual::write(&root, "target/man")),
         ["man", folder] => exit_code(manual::write(&root, folder)),
+        ["plot", folder, runs @ ..] if !runs.is_empty() => exit_code(evaluate::plot(runs, folder)),
         ["reproduce-table4", rest @ ..] => match table4::Options::parse(rest) {
             Some(options) => exit_code(table4::reproduce(&root, &options)),
             None => {

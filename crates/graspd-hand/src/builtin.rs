@@ -3,8 +3,9 @@
 use std::path::{Path, PathBuf};
 
 use crate::{
-    ArticulatedHand, Hand, HandError, HandOptions, MirroredHand, SkinnedHandOptions, UrdfOptions,
-    allegro, barrett, human, leap, load_skinned_hand, load_urdf,
+    ArticulatedHand, Hand, HandError, HandOptions, HumanPoseSpace, MirroredHand, SkinnedHand,
+    SkinnedHandOptions, UrdfOptions, allegro, barrett, human, human_model, leap, load_skinned_hand,
+    load_urdf,
 };
 
 /// A hand that is built in.
@@ -45,21 +46,71 @@ pub struct LoadOptions {
     pub package_paths: Vec<PathBuf>,
     /// Whether to take its mirror image: left for right.
     pub mirrored: bool,
+    /// What skinned hands are made with; hands of rigid links refuse it.
+    pub skin: SkinOptions,
+}
+
+/// What a skinned hand is made with: the built-in human hand, or a file in MANO's layout.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct SkinOptions {
+    /// Shape parameters in standard deviations, in order; those not given are 0, the mean shape.
+    pub shape: Vec<f64>,
+    /// Pose the hand by so many of its principal components. Without, a file's are all used, and the built-in human hand
+    /// is posed by the angles of its joints.
+    pub pose_components: Option<usize>,
+    /// Count poses from the flat hand instead of from the mean pose.
+    pub flat_mean: bool,
+}
+
+impl SkinOptions {
+    fn of_model(&self) -> SkinnedHandOptions {
+        let usual = SkinnedHandOptions::default();
+        SkinnedHandOptions {
+            shape: self.shape.clone(),
+            components: self.pose_components.unwrap_or(usual.components),
+            flat_mean: self.flat_mean,
+            ..usual
+        }
+    }
+
+    fn human(&self) -> Result<SkinnedHand, HandError> {
+        match self.pose_components {
+            None => human(&self.of_model()),
+            Some(_) => SkinnedHand::new(human_model(HumanPoseSpace::Synergies), &self.of_model()),
+        }
+    }
+
+    /// Hands of rigid links have none of this.
+    fn refuse(&self) -> Result<(), HandError> {
+        let given = [
+            ("shape", !self.shape.is_empty()),
+            ("components", self.pose_components.is_some()),
+            ("flat_mean", self.flat_mean),
+        ];
+        match given.into_iter().find(|(_, is_given)| *is_given) {
+            None => Ok(()),
+            Some((option, _)) => Err(HandError::BadOption {
+                option,
+                value: "given".into(),
+                remedy: "only skinned hands have it: `human`, and .pkl and .npz files in MANO's layout",
+            }),
+        }
+    }
 }
 
 /// The built-in hand named `name`, one of [`BUILTIN_HANDS`]; `None` if there is none.
 pub fn builtin_hand(name: &str) -> Option<Box<dyn Hand>> {
     // Built-in hands with default options have no faults: a test makes each of them.
-    builtin_hand_with(name, &HandOptions::default()).ok()?
+    builtin_hand_with(name, &LoadOptions::default()).ok()?
 }
 
 fn builtin_hand_with(
     name: &str,
-    options: &HandOptions,
+    options: &LoadOptions,
 ) -> Result<Option<Box<dyn Hand>>, HandError> {
-    Ok(match articulated_hand_with(name, options)? {
+    Ok(match articulated_hand_with(name, &options.hand)? {
         Some(hand) => Some(Box::new(hand)),
-        None if name == "human" => Some(Box::new(human(&SkinnedHandOptions::default())?)),
+        None if name == "human" => Some(Box::new(options.skin.human()?)),
         None => None,
     })
 }
@@ -114,6 +165,7 @@ pub fn load_hand_from(
     };
     // Hands of rigid links have a mirror image of their own, which costs nothing to pose.
     if let Some(hand) = rigid {
+        options.skin.refuse()?;
         return Ok(Box::new(if options.mirrored {
             hand.mirrored()
         } else {
@@ -147,7 +199,7 @@ fn urdf_hand(
 
 /// A built-in hand or a file of any other kind.
 fn other_hand(name_or_path: &str, options: &LoadOptions) -> Result<Box<dyn Hand>, HandError> {
-    if let Some(hand) = builtin_hand_with(name_or_path, &options.hand)? {
+    if let Some(hand) = builtin_hand_with(name_or_path, options)? {
         return Ok(hand);
     }
     let path = Path::new(name_or_path);
@@ -160,8 +212,7 @@ fn other_hand(name_or_path: &str, options: &LoadOptions) -> Result<Box<dyn Hand>
     }
     let extension = path.extension().unwrap_or_default().to_ascii_lowercase();
     if extension == "pkl" || extension == "npz" {
-        let options = SkinnedHandOptions::default();
-        return Ok(Box::new(load_skinned_hand(path, &options)?));
+        return Ok(Box::new(load_skinned_hand(path, &options.skin.of_model())?));
     }
     Err(HandError::UnknownFormat {
         file: path.to_path_buf(),
@@ -179,5 +230,69 @@ mod tests {
             assert_eq!(made.name(), hand.name);
         }
         assert!(builtin_hand("no such hand").is_none());
+    }
+
+    fn human_with(skin: SkinOptions) -> Result<Box<dyn Hand>, HandError> {
+        let options = LoadOptions {
+            skin,
+            ..LoadOptions::default()
+        };
+        load_hand_from("human", &options)
+    }
+
+    #[test]
+    fn a_skinned_hand_takes_shape_and_components() {
+        let usual = builtin_hand("human").unwrap();
+        let twelve = human_with(SkinOptions {
+            pose_components: Some(12),
+            ..SkinOptions::default()
+        })
+        .unwrap();
+        assert_eq!(twelve.articulation_names().len(), 12);
+        let large = human_with(SkinOptions {
+            shape: vec![2.0],
+            ..SkinOptions::default()
+        })
+        .unwrap();
+        let extent = |hand: &dyn Hand| {
+            let pose = crate::HandPose {
+                translation: graspd_geom::Vec3::zero(),
+                rotation: graspd_geom::Quaternion::identity(),
+                articulation: hand.open_articulation().to_vec(),
+            };
+            let xs = hand.surface(&pose).vertices.into_iter().map(|p| p.x);
+            let (low, high) = xs.fold((f64::MAX, f64::MIN), |(l, h), x| (l.min(x), h.max(x)));
+            high - low
+        };
+        // The first parameter is the hand's length.
+        let ratio = extent(&*large) / extent(&*usual);
+        assert!((1.02..1.3).contains(&ratio), "{ratio}");
+    }
+
+    #[test]
+    fn what_a_hand_cannot_follow_is_refused() {
+        let shape = |count: usize| SkinOptions {
+            shape: vec![0.5; count],
+            ..SkinOptions::default()
+        };
+        assert!(human_with(shape(10)).is_ok());
+        for (hand, skin) in [
+            ("human", shape(11)),
+            (
+                "human",
+                SkinOptions {
+                    pose_components: Some(0),
+                    ..SkinOptions::default()
+                },
+            ),
+            ("allegro", shape(1)),
+        ] {
+            let options = LoadOptions {
+                skin,
+                ..LoadOptions::default()
+            };
+            let error = load_hand_from(hand, &options).map(|_| ()).unwrap_err();
+            assert!(matches!(error, HandError::BadOption { .. }), "{error}");
+        }
     }
 }

@@ -62,7 +62,7 @@ pub use allegro::allegro;
 pub use articulated::{ArticulatedHand, HandDescription, HandOptions};
 pub use barrett::barrett;
 pub use builtin::{
-    BUILTIN_HANDS, BuiltinHand, LoadOptions, builtin_hand, load_hand, load_hand_from,
+    BUILTIN_HANDS, BuiltinHand, LoadOptions, SkinOptions, builtin_hand, load_hand, load_hand_from,
     load_hand_with,
 };
 pub use closing::{closed_articulation, closing_directions};

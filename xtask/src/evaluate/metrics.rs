@@ -33,14 +33,15 @@ const EPSILON: usize = 5;
 const SHAKE: usize = 6;
 const HOLDS: usize = 7;
 const SECONDS: usize = 8;
+const COUNTED_AREA: usize = 9;
 /// How many values are kept of a grasp.
-const VALUES: usize = 9;
+const VALUES: usize = 10;
 
 /// Displacements below this count as holding \[cm\].
 const HOLDING_CM: f64 = 0.5;
 
 /// All columns, in the order of the tables.
-pub(super) const COLUMNS: [Column; 10] = [
+pub(super) const COLUMNS: [Column; 12] = [
     column("contact_area_cm2", "CA cm²", Kind::Mean(AREA), 1.0),
     column(
         "interpenetration_volume_cm3",
@@ -49,6 +50,18 @@ pub(super) const COLUMNS: [Column; 10] = [
         -1.0,
     ),
     column("ca_over_iv", "CA/IV 1/cm", Kind::Ratio(AREA, VOLUME), 1.0),
+    column(
+        "contact_area_voxel_count_cm2",
+        "CA by count cm²",
+        Kind::Mean(COUNTED_AREA),
+        1.0,
+    ),
+    column(
+        "counted_ca_over_iv",
+        "by count/IV 1/cm",
+        Kind::Ratio(COUNTED_AREA, VOLUME),
+        1.0,
+    ),
     column(
         "sim_displacement_cm",
         "SD cm",
@@ -110,6 +123,7 @@ impl Grasp {
         values[SHAKE] = metric("shake_success")?;
         values[HOLDS] = f64::from(u8::from(displacement < HOLDING_CM));
         values[SECONDS] = seconds;
+        values[COUNTED_AREA] = metric("contact_area_voxel_count_cm2")?;
         Ok(Self { index, values })
     }
 
@@ -126,6 +140,7 @@ impl Grasp {
                 "max_penetration_mm": value(DEPTH),
                 "epsilon": value(EPSILON),
                 "shake_success": value(SHAKE) > 0.5,
+                "contact_area_voxel_count_cm2": value(COUNTED_AREA),
             },
             "seconds": {"synthesis": value(SECONDS)},
         })
@@ -195,6 +210,7 @@ pub(super) mod tests {
                 "max_penetration_mm": 1.0,
                 "epsilon": 0.25,
                 "shake_success": displacement < 0.1,
+                "contact_area_voxel_count_cm2": 1.5 * area,
             },
             "seconds": {"synthesis": 0.5},
         }))

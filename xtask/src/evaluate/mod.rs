@@ -3,6 +3,7 @@
 mod bootstrap;
 mod metrics;
 mod options;
+mod plots;
 mod report;
 mod summary;
 
@@ -20,6 +21,7 @@ use crate::objects::{Subject, subjects};
 use crate::steps::output;
 use metrics::{Grasp, ObjectResult};
 pub(crate) use options::Options;
+pub(crate) use plots::plot;
 use report::{Comparison, Evaluation};
 
 /// Makes the grasps that are not there yet, one object after the other and the starts of each in parallel; prints the

@@ -61,6 +61,7 @@ mod tests {
         assert_eq!(kept("10 grasps").row(), None);
         let means = Means {
             area_cm2: 20.25,
+            counted_area_cm2: 24.5,
             volume_cm3: 0.5,
             displacement_cm: 0.125,
         };

@@ -7,7 +7,7 @@ use anyhow::{Context, Result, bail};
 use clap::Args;
 use graspd::{GraspError, GraspObject, NamedMesh};
 use graspd_geom::{DiskCache, Quaternion, RepairSettings, SdfSampling, Vec3};
-use graspd_hand::{Hand, HandPose, LoadOptions, load_hand_from};
+use graspd_hand::{Hand, HandPose, LoadOptions, SkinOptions, load_hand_from};
 
 use crate::console::warn;
 use crate::progress::Progress;
@@ -32,6 +32,20 @@ pub(crate) struct HandLoading {
     /// Take the hand's mirror image: left for right
     #[arg(long)]
     mirror: bool,
+    /// Shape of a skinned hand (`human`, MANO files): parameters in standard deviations, such as 1,-0.5; 0 where not given
+    #[arg(
+        long,
+        value_name = "B1,B2,...",
+        value_delimiter = ',',
+        allow_hyphen_values = true
+    )]
+    hand_shape: Vec<f64>,
+    /// Pose a skinned hand by its first N principal components (of natural postures); 1 to 45
+    #[arg(long, value_name = "N")]
+    pose_components: Option<usize>,
+    /// Count a skinned hand's pose components from the flat hand instead of from its mean pose
+    #[arg(long)]
+    flat_mean: bool,
 }
 
 impl HandLoading {
@@ -49,6 +63,11 @@ impl HandLoading {
         Ok(LoadOptions {
             package_paths: self.package_paths.clone(),
             mirrored: self.mirror,
+            skin: SkinOptions {
+                shape: self.hand_shape.clone(),
+                pose_components: self.pose_components,
+                flat_mean: self.flat_mean,
+            },
             ..LoadOptions::default()
         })
     }

@@ -8,8 +8,8 @@ use graspd::{
     write_records,
 };
 use graspd_geom::{TriangleMesh, save_obj};
-use graspd_hand::Hand;
-use serde::Serialize;
+use graspd_hand::{Hand, SkinOptions};
+use serde::{Deserialize, Serialize};
 
 use super::repair::RepairOutcome;
 
@@ -31,11 +31,52 @@ pub(crate) struct RunDescription<'a> {
     pub(crate) sdf_resolution: usize,
     pub(crate) sdf_padding_m: f64,
     pub(crate) machine: Machine,
+    /// Of skinned hands, what they were made with where it was asked for.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) hand_skin: Option<RecordedSkin>,
     /// What was done to close the object's surface; absent where nothing was. All else is about the repaired surface.
     pub(crate) object_repair: Option<RepairOutcome>,
     pub(crate) settings: &'a SynthesisSettings,
     pub(crate) execution: &'a ExecutionSettings,
     pub(crate) evaluation: &'a graspd_eval::EvaluationSettings,
+}
+
+/// What a skinned hand was made with.
+#[derive(Serialize, Deserialize)]
+pub(crate) struct RecordedSkin {
+    shape: Vec<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pose_components: Option<usize>,
+    flat_mean: bool,
+}
+
+impl RecordedSkin {
+    /// `None` for a hand as it usually is.
+    pub(crate) fn of(options: &SkinOptions) -> Option<Self> {
+        let SkinOptions {
+            shape,
+            pose_components,
+            flat_mean,
+        } = options.clone();
+        (*options != SkinOptions::default()).then_some(Self {
+            shape,
+            pose_components,
+            flat_mean,
+        })
+    }
+
+    pub(crate) fn options(self) -> SkinOptions {
+        let Self {
+            shape,
+            pose_components,
+            flat_mean,
+        } = self;
+        SkinOptions {
+            shape,
+            pose_components,
+            flat_mean,
+        }
+    }
 }
 
 /// Where a run was made.

@@ -7,6 +7,7 @@ use graspd::{GraspRecord, NamedMesh};
 use graspd_hand::{Hand, HandPose, LoadOptions, load_hand, load_hand_from};
 
 use super::input::{RepairChoice, load_object};
+use super::output::RecordedSkin;
 use crate::console::warn;
 
 /// Joints may lie this far beyond their limits without a word \[rad or m\]: rounding, and optimisers that treat
@@ -61,6 +62,9 @@ fn recorded_hand(records: &Path, given: &LoadOptions) -> Option<(String, LoadOpt
     let mut options = given.clone();
     let mirrored = run.get("hand_mirrored").and_then(toml::Value::as_bool);
     options.mirrored = mirrored.unwrap_or(false);
+    let skin = run.get("hand_skin").cloned();
+    let skin = skin.and_then(|skin| skin.try_into::<RecordedSkin>().ok());
+    options.skin = skin.map(RecordedSkin::options).unwrap_or_default();
     let folders = run.get("package_paths").and_then(toml::Value::as_array);
     let folders = folders
         .into_iter()

@@ -24,8 +24,8 @@ use super::input::{
     HandLoading, RepairChoice, load_hand_to_scale, load_object, on_threads, prepare_object,
 };
 use super::output::{
-    Machine, RunDescription, prepare_file, prepare_folder, remove_leftovers, write_meshes,
-    write_results, write_run, write_trajectories,
+    Machine, RecordedSkin, RunDescription, prepare_file, prepare_folder, remove_leftovers,
+    write_meshes, write_results, write_run, write_trajectories,
 };
 use super::repair::RepairOutcome;
 use super::view::pictures;
@@ -309,6 +309,7 @@ fn write(
                 cores: std::thread::available_parallelism().ok().map(NonZero::get),
                 threads: rayon::current_num_threads(),
             },
+            hand_skin: RecordedSkin::of(&loading.skin),
             object_repair: object.source.repair.as_ref().map(RepairOutcome::of),
             settings,
             execution: &run.execution,

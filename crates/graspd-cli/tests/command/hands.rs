@@ -76,6 +76,59 @@ fn a_run_with_a_mirrored_hand_is_judged_with_it_again() {
 }
 
 #[test]
+fn a_run_with_another_human_hand_is_judged_with_it_again() {
+    let folder = tempdir().unwrap();
+    let run = folder.path().join("run");
+    let arguments = [
+        "synth",
+        "can",
+        "--hand",
+        "human",
+        "--hand-shape",
+        "-2,1",
+        "--pose-components",
+        "6",
+        "-n",
+        "1",
+        "--preset",
+        "soft",
+        "--steps",
+        "20",
+        "--resolution",
+        "32",
+        "--json",
+        "-q",
+        "-o",
+        text(&run),
+    ];
+    graspd(arguments).gives_json();
+    let record = &lines(&run.join("grasps.jsonl"))[0];
+    assert_eq!(record["mano"]["pca"].as_array().unwrap().len(), 6);
+    assert_eq!(record["mano"]["shape"][0], -2.0);
+    let again = graspd(["eval", text(&run), "--metrics", "ca,iv,sd", "--json", "-q"]).gives_json();
+    for metric in ["interpenetration_volume_cm3", "simulation_displacement_cm"] {
+        assert_eq!(
+            again["grasps"][0]["metrics"][metric],
+            record["metrics"][metric]
+        );
+    }
+}
+
+#[test]
+fn hands_that_have_no_skin_refuse_its_options() {
+    let inspect = |arguments: &[&str]| {
+        let all = ["hands", "inspect"].iter().chain(arguments);
+        graspd(all.copied().collect::<Vec<_>>())
+    };
+    inspect(&["allegro", "--hand-shape", "1"]).fails_at_once(&["`shape`", "only skinned hands"]);
+    inspect(&["human", "--hand-shape", "1,1,1,1,1,1,1,1,1,1,1"])
+        .fails_at_once(&["`shape`", "fewer shape parameters"]);
+    inspect(&["human", "--pose-components", "0"]).fails_at_once(&["`components`", "1 to 45"]);
+    let json = inspect(&["human", "--pose-components", "9", "--json"]).gives_json();
+    assert_eq!(json["joints"].as_array().unwrap().len(), 9);
+}
+
+#[test]
 fn packages_are_found_where_the_flag_says() {
     let folder = tempdir().unwrap();
     let (robot, elsewhere) = (folder.path().join("robot"), folder.path().join("elsewhere"));

@@ -104,9 +104,10 @@ impl<'a> GraspSource<'a> {
         let recorded = recorded.and_then(|text| {
             let table: toml::Table = text.parse().ok()?;
             Some(format!(
-                "{:?} {:?}",
+                "{:?} {:?} {:?}",
                 table.get("hand"),
-                table.get("hand_mirrored")
+                table.get("hand_mirrored"),
+                table.get("hand_skin")
             ))
         });
         let key = (first.hand.clone(), recorded);
