@@ -118,14 +118,16 @@ fn settled<const TERMS: usize>(
 pub(super) enum Verdict {
     Better,
     Worse,
-    /// The interval of the difference contains 0, or there is none.
+    /// The interval of the difference contains 0.
     NoDifference,
+    /// There is no interval: too few grasps, or a ratio over 0.
+    Unknown,
 }
 
 impl Verdict {
     pub(super) fn of(column: &Column, difference: &Estimate) -> Self {
         let Some([low, high]) = difference.interval else {
-            return Self::NoDifference;
+            return Self::Unknown;
         };
         if low <= 0.0 && high >= 0.0 {
             Self::NoDifference
@@ -141,6 +143,7 @@ impl Verdict {
             Self::Better => "better",
             Self::Worse => "worse",
             Self::NoDifference => "no significant difference",
+            Self::Unknown => "cannot be told",
         }
     }
 }
