@@ -1,7 +1,7 @@
 //! CPU times of simulating grasps: `displacement_time FOLDER...`, each a run of `graspd synth --meshes` (Linux).
 
 use graspd_eval::{DisplacementSettings, FixedHand, ObjectUnderTest, ShakeSettings};
-use graspd_eval::{SIX_DIRECTIONS, shake, simulate};
+use graspd_eval::{shake, simulate, simulate_six_directions};
 use graspd_geom::{DiskCache, load_mesh};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
@@ -30,24 +30,21 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             let hand = FixedHand::new(&mesh)?;
             let making = cpu_seconds() - started;
             let started = cpu_seconds();
-            let mut moved = Vec::new();
-            for gravity_direction in SIX_DIRECTIONS {
-                let settings = DisplacementSettings {
-                    gravity_direction,
-                    ..DisplacementSettings::default()
-                };
-                let motion = simulate(object.dynamic(), &hand, &settings)?;
-                moved.push(format!("{:.3}", motion.displacement_cm()));
-            }
+            let settings = DisplacementSettings::default();
+            simulate(object.dynamic(), &hand, &settings)?;
+            let alone = cpu_seconds() - started;
+            let started = cpu_seconds();
+            let six = simulate_six_directions(object.dynamic(), &hand, &settings)?;
             let one = (cpu_seconds() - started) / 6.0;
             let started = cpu_seconds();
             let outcome = shake(object.dynamic(), &hand, &ShakeSettings::default())?;
             println!(
-                "{} faces: mesh {:.1} ms, displacement {:.1} ms a direction ({} cm), shake {:.0} ms ({} of 6)",
+                "{} faces: mesh {:.1} ms, displacement {:.1} ms, {:.1} ms a direction of six ({} cm), shake {:.0} ms ({} of 6)",
                 mesh.faces.len(),
                 1e3 * making,
+                1e3 * alone,
                 1e3 * one,
-                moved.join(" "),
+                six.per_direction_cm.map(|x| format!("{x:.3}")).join(" "),
                 1e3 * (cpu_seconds() - started),
                 outcome.count()
             );

@@ -6,6 +6,7 @@ mod exchange;
 mod piece;
 mod protocol;
 mod rapier;
+mod separation;
 mod shake;
 mod stored;
 

@@ -22,6 +22,7 @@ mod frame;
 mod frontier;
 mod hyperplane;
 mod inverse;
+mod leaves;
 mod polytope;
 mod predicates;
 mod quickhull;
@@ -36,6 +37,7 @@ use expansion::{Expansion, Goal};
 use frame::{Frame, Start};
 use frontier::Frontier;
 use polytope::{Polytope, Stop};
+use quickhull::Order;
 
 pub use volume::{HullVolume, VolumeMethod, VolumeSettings, hull_volume};
 
@@ -141,7 +143,8 @@ pub fn convex_hull_limited<const D: usize>(
         }
         Start::Full { frame, simplex } => (frame, simplex),
     };
-    let run = |frame: &mut Frame<D>| quickhull::quickhull(frame, &simplex, most_facets);
+    let run =
+        |frame: &mut Frame<D>| quickhull::quickhull(frame, &simplex, most_facets, Order::Found);
     let (polytope, is_whole) = certified(&mut frame, run, |(polytope, _)| polytope)?;
     if !is_whole {
         return Err(EvaluationError::TooManyFacets { limit: most_facets });

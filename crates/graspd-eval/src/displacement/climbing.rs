@@ -25,6 +25,50 @@ pub(super) struct ClimbingPolyhedron {
     first: Vec<u32>,
     /// For the middle of each cell of directions, the support vertex.
     starts: Vec<u32>,
+    bounds: Aabb,
+    /// Coordinates of the vertices, padded with copies of the first.
+    corners: Vec<[[f64; LANES]; 3]>,
+    /// Outward unit normals of the faces and their heights, padded likewise.
+    sides: Vec<[[f64; LANES]; 4]>,
+    edges: Vec<Edge>,
+}
+
+/// Where two faces meet.
+#[derive(Clone, Copy)]
+struct Edge {
+    start: Vector,
+    /// Which faces.
+    sides: [u32; 2],
+}
+
+/// Cosine of the angle between the normals of triangles of one side.
+const SAME_SIDE: f64 = 1.0 - 1e-12;
+/// Numbers that are worked on together.
+const LANES: usize = 4;
+/// Of a piece with more faces nothing is known about edges; pieces have a few dozen.
+const MOST_SIDES: usize = 128;
+
+/// In blocks, the last one filled up with copies of the first.
+fn in_blocks<const K: usize>(rows: &[[f64; K]]) -> Vec<[[f64; LANES]; K]> {
+    (rows.chunks(LANES))
+        .map(|chunk| {
+            std::array::from_fn(|k| std::array::from_fn(|i| chunk.get(i).unwrap_or(&rows[0])[k]))
+        })
+        .collect()
+}
+
+/// The smaller; without the care for NaN that keeps processors from doing several at once.
+#[inline(always)]
+fn lesser(a: f64, b: f64) -> f64 {
+    if a < b { a } else { b }
+}
+
+/// How far a body would have to move to be clear of a triangle, along directions in front of the triangle and behind it \[m\];
+/// negative where it is clear already.
+#[derive(Clone, Copy)]
+pub(super) struct Clearing {
+    pub(super) front: f64,
+    pub(super) back: f64,
 }
 
 impl ClimbingPolyhedron {
@@ -43,7 +87,12 @@ impl ClimbingPolyhedron {
             neighbors: edges.iter().map(|edge| edge[1]).collect(),
             first,
             starts: Vec::new(),
+            bounds: Aabb::from_points(vertices.iter().copied()),
+            corners: in_blocks(&vertices.iter().map(|p| p.to_array()).collect::<Vec<_>>()),
+            sides: Vec::new(),
+            edges: Vec::new(),
         };
+        shape.find_sides(&vertices, &faces);
         // A vertex within a face has no edges, and from there no climb could start.
         let corners: Vec<u32> = (0..vertices.len() as u32)
             .filter(|&vertex| !shape.neighbors_of(vertex).is_empty())
@@ -59,6 +108,142 @@ impl ClimbingPolyhedron {
             })
             .collect();
         shape
+    }
+
+    /// Finds the sides and the edges from the triangles of the surface; those of one plane are one side.
+    fn find_sides(&mut self, vertices: &[Vector], faces: &[[u32; 3]]) {
+        let mut normals: Vec<Vector> = Vec::new();
+        let side_of: Vec<Option<u32>> = (faces.iter())
+            .map(|&[a, b, c]| {
+                let [a, b, c] = [a, b, c].map(|vertex| vertices[vertex as usize]);
+                let normal = (b - a).cross(c - a).try_normalize()?;
+                let known = (normals.iter()).position(|other| other.dot(normal) > SAME_SIDE);
+                Some(known.unwrap_or_else(|| {
+                    normals.push(normal);
+                    normals.len() - 1
+                }) as u32)
+            })
+            .collect();
+        let sides: Vec<_> = (normals.iter())
+            .map(|normal| {
+                // As far out as any vertex, so that rounding leaves none beyond.
+                let heights = vertices.iter().map(|vertex| vertex.dot(*normal));
+                let [x, y, z] = normal.to_array();
+                [x, y, z, heights.fold(f64::MIN, f64::max)]
+            })
+            .collect();
+        self.sides = in_blocks(&sides);
+        if normals.len() > MOST_SIDES - LANES {
+            return;
+        }
+        let mut beside: Vec<([u32; 2], usize)> = (faces.iter().enumerate())
+            .flat_map(|(face, &[a, b, c])| {
+                [[a, b], [b, c], [c, a]].map(|[a, b]| ([a.min(b), a.max(b)], face))
+            })
+            .collect();
+        beside.sort_unstable();
+        self.edges = (beside.chunk_by(|a, b| a.0 == b.0))
+            .filter_map(|pair| {
+                let &[(ends, one), (_, other)] = pair else {
+                    return None;
+                };
+                let sides = [side_of[one]?, side_of[other]?];
+                let start = vertices[ends[0] as usize];
+                (sides[0] != sides[1]).then_some(Edge { start, sides })
+            })
+            .collect();
+    }
+
+    /// Whether all of the points are more than `distance` beyond one of the sides of the box about it.
+    pub(super) fn is_beyond_box(&self, points: &[Vector; 3], distance: f64) -> bool {
+        let [a, b, c] = *points;
+        let (low, high) = (a.min(b).min(c), a.max(b).max(c));
+        let gap = (low - self.bounds.maxs).max(self.bounds.mins - high);
+        gap.max_element() > distance
+    }
+
+    /// The smallest and the largest component of any of its points along a direction.
+    pub(super) fn extent_along(&self, direction: Vector) -> (f64, f64) {
+        let [x, y, z] = direction.to_array();
+        let (mut low, mut high) = ([f64::MAX; LANES], [f64::MAX; LANES]);
+        for block in &self.corners {
+            for i in 0..LANES {
+                let height = block[0][i] * x + block[1][i] * y + block[2][i] * z;
+                low[i] = lesser(height, low[i]);
+                high[i] = lesser(-height, high[i]);
+            }
+        }
+        (
+            low.into_iter().fold(f64::MAX, lesser),
+            -high.into_iter().fold(f64::MAX, lesser),
+        )
+    }
+
+    /// How far it would have to move to be clear of a triangle with this normal, along the normals of its own faces.
+    pub(super) fn clearing_by_faces(
+        &self,
+        points: &[Vector; 3],
+        normal: Vector,
+        least: f64,
+    ) -> Clearing {
+        let [a, b, c] = points.map(|point| point.to_array());
+        let normal = normal.to_array();
+        let (mut front, mut back) = ([f64::MAX; LANES], [f64::MAX; LANES]);
+        for [x, y, z, height] in &self.sides {
+            for i in 0..LANES {
+                let along = |p: &[f64; 3]| x[i] * p[0] + y[i] * p[1] + z[i] * p[2];
+                let way = height[i] - lesser(along(&a), lesser(along(&b), along(&c)));
+                // It moves against its own face's normal.
+                let is_behind = along(&normal) > least;
+                front[i] = lesser(if is_behind { f64::MAX } else { way }, front[i]);
+                back[i] = lesser(if is_behind { way } else { f64::MAX }, back[i]);
+            }
+        }
+        Clearing {
+            front: front.into_iter().fold(f64::MAX, lesser),
+            back: back.into_iter().fold(f64::MAX, lesser),
+        }
+    }
+
+    /// Whether the edges are known.
+    pub(super) fn knows_edges(&self) -> bool {
+        !self.edges.is_empty()
+    }
+
+    /// Calls `visit` for the edges that make a face of the Minkowski difference with an edge along `direction` of another body, of
+    /// whose outward directions `outward` is the middle one and a half circle all: with the face's unit normal, outward of that
+    /// body, and a point of the edge.
+    pub(super) fn for_each_crossing_edge(
+        &self,
+        direction: Vector,
+        outward: Vector,
+        mut visit: impl FnMut(Vector, Vector),
+    ) {
+        let mut along = [[0.0; LANES]; MOST_SIDES / LANES];
+        let d = direction.to_array();
+        for (along, [x, y, z, _]) in along.iter_mut().zip(&self.sides) {
+            for i in 0..LANES {
+                along[i] = x[i] * d[0] + y[i] * d[1] + z[i] * d[2];
+            }
+        }
+        let normal = |side: usize| {
+            let [x, y, z, _] = &self.sides[side / LANES];
+            Vector::new(x[side % LANES], y[side % LANES], z[side % LANES])
+        };
+        for edge in &self.edges {
+            let [one, other] = edge.sides.map(|side| side as usize);
+            let (p, q) = (
+                along[one / LANES][one % LANES],
+                along[other / LANES][other % LANES],
+            );
+            if p * q < 0.0 {
+                // On the arc between the two normals, orthogonal to the direction; negated, since that is outward of the piece.
+                let crossing = normal(one) * -q.abs() - normal(other) * p.abs();
+                if crossing.dot(outward) > 0.0 {
+                    visit(crossing.normalize(), edge.start);
+                }
+            }
+        }
     }
 
     fn neighbors_of(&self, vertex: u32) -> &[u32] {
@@ -158,15 +343,11 @@ impl Shape for ClimbingPolyhedron {
         Some(Box::new(Self::new(self.polyhedron.clone().scaled(scale)?)))
     }
     fn compute_aabb(&self, position: &Pose) -> Aabb {
-        let rotation = position.rotation;
-        let reach = |axis: Vector| {
-            let point = self.local_support_point(rotation.inverse() * axis);
-            (rotation * point + position.translation).dot(axis)
-        };
-        let axes = [Vector::X, Vector::Y, Vector::Z];
-        let high = Vector::from(axes.map(reach));
-        let low = Vector::from(axes.map(|axis| -reach(-axis)));
-        Aabb::new(low, high)
+        let extents = [Vector::X, Vector::Y, Vector::Z]
+            .map(|axis| self.extent_along(position.rotation.inverse() * axis));
+        let low = Vector::from(extents.map(|(low, _)| low));
+        let high = Vector::from(extents.map(|(_, high)| high));
+        Aabb::new(low + position.translation, high + position.translation)
     }
     fn mass_properties(&self, density: f64) -> MassProperties {
         self.polyhedron.mass_properties(density)

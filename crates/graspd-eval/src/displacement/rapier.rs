@@ -14,19 +14,22 @@
 //!   than 3 mm tunnels. There is no continuous collision detection; a thin shell may pass a finger, but only once it
 //!   has fallen 2.5 cm and counts as lost.
 
+use std::sync::Arc;
+
 use graspd_geom::TriangleMesh;
 use nalgebra::{Matrix3, Point3, Vector3};
 use rapier3d_f64::math::{Matrix, Vector};
 use rapier3d_f64::prelude::{
-    CoefficientCombineRule, ColliderBuilder, ConvexPolyhedron, FrictionModel,
-    IntegrationParameters, MassProperties, PhysicsWorld, RigidBodyBuilder, RigidBodyHandle,
-    SharedShape, TriMesh, TriMeshFlags,
+    BroadPhaseBvh, CoefficientCombineRule, ColliderBuilder, ColliderSet, ConvexPolyhedron,
+    FrictionModel, IntegrationParameters, IslandManager, MassProperties, NarrowPhase, PhysicsWorld,
+    RigidBodyBuilder, RigidBodyHandle, RigidBodySet, SharedShape, TriMesh, TriMeshFlags,
 };
 use rayon::prelude::*;
 
 use super::climbing::ClimbingPolyhedron;
 use super::decomposition::ObjectPieces;
 use super::protocol::{DisplacementSettings, ObjectMotion, SIX_DIRECTIONS, SixDisplacements};
+use super::separation::{TouchingOnly, triangles_without_back};
 use crate::EvaluationError;
 
 /// What rapier takes as one metre \[m\]: scales the fastest push-out of a penetration, to 0.3 m/s.
@@ -88,6 +91,8 @@ impl DynamicObject {
 #[derive(Clone)]
 pub struct FixedHand {
     shape: SharedShape,
+    /// Of each triangle; see [`triangles_without_back`].
+    has_no_back: Arc<[bool]>,
 }
 
 impl FixedHand {
@@ -117,6 +122,7 @@ impl FixedHand {
         let mesh = TriMesh::with_flags(vertices, hand.faces.clone(), flags)
             .map_err(|error| bad(error.to_string()))?;
         Ok(Self {
+            has_no_back: triangles_without_back(&mesh),
             shape: SharedShape::new(mesh),
         })
     }
@@ -134,36 +140,39 @@ pub fn simulate(
     settings: &DisplacementSettings,
 ) -> Result<ObjectMotion, EvaluationError> {
     settings.validate()?;
-    let mut fall = Fall::new(object, hand, settings);
-    for _ in 0..settings.steps {
-        fall.step()?;
-    }
-    Ok(fall.motion())
+    Scene::new(object, hand, settings).simulate(settings.gravity_direction, settings.steps)
 }
 
-/// An object let go beside a fixed hand, under gravity.
-pub(super) struct Fall {
-    world: PhysicsWorld,
+/// An object at its pose beside a fixed hand, with the contacts of that pose found: what all simulations under one protocol
+/// begin with, whichever way gravity pulls.
+///
+/// The first search for contacts is the largest; where the hand holds the object, hardly any pair is looked at again.
+pub(super) struct Scene {
+    islands: IslandManager,
+    broad_phase: BroadPhaseBvh,
+    narrow_phase: NarrowPhase,
+    bodies: RigidBodySet,
+    colliders: ColliderSet,
+    parameters: IntegrationParameters,
+    gravity: f64,
     body: RigidBodyHandle,
-    /// The object's centre of mass at first.
+    /// The object's centre of mass.
     center: Point3<f64>,
     /// Largest distance of a vertex from it \[m\].
     radius: f64,
-    steps_taken: usize,
 }
 
-impl Fall {
-    /// The scene before its first step; `settings` are valid.
+impl Scene {
+    /// The scene under a protocol; `settings` are valid.
     pub(super) fn new(
         object: &DynamicObject,
         hand: &FixedHand,
         settings: &DisplacementSettings,
     ) -> Self {
         let mut world = PhysicsWorld::new();
-        let direction = Vector3::from(settings.gravity_direction).normalize();
-        world.gravity = Vector::from(<[f64; 3]>::from(direction * settings.gravity));
-        world.integration_parameters = integration_parameters(settings);
-
+        world
+            .narrow_phase
+            .set_query_dispatcher(TouchingOnly::new(hand.has_no_back.clone()));
         world.insert(
             RigidBodyBuilder::fixed(),
             ColliderBuilder::new(hand.shape.clone())
@@ -195,15 +204,71 @@ impl Fall {
                 Some(body),
             );
         }
+        let parameters = integration_parameters(settings);
+        // A step without length finds the contacts, and nothing moves.
+        world.integration_parameters = IntegrationParameters {
+            dt: 0.0,
+            ..parameters
+        };
+        world.step();
         Self {
-            world,
+            islands: world.islands,
+            broad_phase: world.broad_phase,
+            narrow_phase: world.narrow_phase,
+            bodies: world.bodies,
+            colliders: world.colliders,
+            parameters,
+            gravity: settings.gravity,
             body,
             center,
             radius: object.radius,
+        }
+    }
+
+    /// Lets the object go under gravity in a direction of any length.
+    pub(super) fn let_go(&self, direction: [f64; 3]) -> Fall {
+        let direction = Vector3::from(direction).normalize();
+        let world = PhysicsWorld {
+            gravity: Vector::from(<[f64; 3]>::from(direction * self.gravity)),
+            integration_parameters: self.parameters,
+            islands: self.islands.clone(),
+            broad_phase: self.broad_phase.clone(),
+            narrow_phase: self.narrow_phase.clone(),
+            bodies: self.bodies.clone(),
+            colliders: self.colliders.clone(),
+            ..PhysicsWorld::new()
+        };
+        Fall {
+            world,
+            body: self.body,
+            center: self.center,
+            radius: self.radius,
             steps_taken: 0,
         }
     }
 
+    /// Lets the object go for so many steps.
+    fn simulate(&self, direction: [f64; 3], steps: usize) -> Result<ObjectMotion, EvaluationError> {
+        let mut fall = self.let_go(direction);
+        for _ in 0..steps {
+            fall.step()?;
+        }
+        Ok(fall.motion())
+    }
+}
+
+/// An object let go beside a fixed hand, under gravity.
+pub(super) struct Fall {
+    world: PhysicsWorld,
+    body: RigidBodyHandle,
+    /// The object's centre of mass at first.
+    center: Point3<f64>,
+    /// Largest distance of a vertex from it \[m\].
+    radius: f64,
+    steps_taken: usize,
+}
+
+impl Fall {
     /// Advances by one time step.
     ///
     /// # Errors
@@ -253,14 +318,17 @@ pub fn simulate_six_directions(
     hand: &FixedHand,
     settings: &DisplacementSettings,
 ) -> Result<SixDisplacements, EvaluationError> {
+    let settings = DisplacementSettings {
+        gravity_direction: SIX_DIRECTIONS[0],
+        ..settings.clone()
+    };
+    settings.validate()?;
+    let scene = Scene::new(object, hand, &settings);
     let results: Vec<_> = SIX_DIRECTIONS
         .into_par_iter()
-        .map(|gravity_direction| {
-            let settings = DisplacementSettings {
-                gravity_direction,
-                ..settings.clone()
-            };
-            simulate(object, hand, &settings).map(|motion| motion.displacement_cm())
+        .map(|direction| {
+            let motion = scene.simulate(direction, settings.steps);
+            motion.map(|motion| motion.displacement_cm())
         })
         .collect();
     let mut per_direction_cm = [0.0; 6];

@@ -12,7 +12,7 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::protocol::{DisplacementSettings, SIX_DIRECTIONS, check_at_least_zero, check_positive};
-use super::rapier::{DynamicObject, Fall, FixedHand};
+use super::rapier::{DynamicObject, FixedHand, Scene};
 use crate::EvaluationError;
 
 /// A body whose points are all slower than this \[m/s\] ...
@@ -128,26 +128,21 @@ pub fn shake(
     settings: &ShakeSettings,
 ) -> Result<ShakeOutcome, EvaluationError> {
     settings.validate()?;
+    let scene = Scene::new(object, hand, &settings.under(SIX_DIRECTIONS[0]));
     let mut withstood = [false; 6];
     SIX_DIRECTIONS
         .into_par_iter()
-        .map(|direction| stays(object, hand, settings, direction))
+        .map(|direction| stays(&scene, settings, direction))
         .zip(withstood.par_iter_mut())
         .for_each(|(stays, withstood)| *withstood = stays);
     Ok(ShakeOutcome { withstood })
 }
 
 /// Whether the object stays while one force pulls.
-fn stays(
-    object: &DynamicObject,
-    hand: &FixedHand,
-    settings: &ShakeSettings,
-    direction: [f64; 3],
-) -> bool {
-    let protocol = settings.under(direction);
-    let mut fall = Fall::new(object, hand, &protocol);
+fn stays(scene: &Scene, settings: &ShakeSettings, direction: [f64; 3]) -> bool {
+    let mut fall = scene.let_go(direction);
     let mut quiet_since = 0;
-    for step in 0..protocol.steps {
+    for step in 0..settings.under(direction).steps {
         if fall.step().is_err() {
             return false;
         }

@@ -23,12 +23,6 @@ impl<const D: usize> PointSet<D> {
         Self(Columns::new(points))
     }
 
-    pub(super) fn push(&mut self, point: &[f64; D]) {
-        for (column, &x) in self.0.columns.iter_mut().zip(point) {
-            column.push(x);
-        }
-    }
-
     /// The farthest of the points, the first among equals, and its component along the direction.
     pub(super) fn farthest_along(&self, direction: &[f64; D]) -> (u32, f64) {
         let mut best = (0, f64::NEG_INFINITY);

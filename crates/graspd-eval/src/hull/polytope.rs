@@ -89,6 +89,11 @@ impl<const D: usize> Polytope<D> {
         self.facets.len()
     }
 
+    /// How many facets there are.
+    pub(super) fn count(&self) -> usize {
+        self.facets.len() - self.free.len()
+    }
+
     /// The facets with their slots.
     pub(super) fn facets(&self) -> impl Iterator<Item = (u32, &Facet<D>)> {
         let is_there = |(_, facet): &(usize, &Facet<D>)| facet.mark != FREE;
@@ -174,8 +179,7 @@ impl<const D: usize> Polytope<D> {
     /// The point takes the place of the vertex opposite the ridge. The new facet borders the hidden one as the
     /// visible one did, so this keeps the orientation.
     fn raise_cone(&mut self, predicates: &impl Predicates<D>, point: u32) -> Result<(), Stop> {
-        let live = self.facets.len() - self.free.len();
-        if live + self.horizon.len() > self.most_facets {
+        if self.count() + self.horizon.len() > self.most_facets {
             return Err(Stop::TooManyFacets);
         }
         self.fresh.clear();

@@ -20,7 +20,7 @@ fn exact_hull<const D: usize>(points: &[[f64; D]]) -> ConvexHull<D> {
         Start::Full { mut frame, simplex } => {
             frame.snap_to_grid();
             let (polytope, _) =
-                quickhull::quickhull(&frame, &simplex, MOST_FACETS).expect("a hull");
+                quickhull::quickhull(&frame, &simplex, MOST_FACETS, Order::Found).expect("a hull");
             in_input_coordinates(&frame, &polytope)
         }
         Start::Flat { affine_dimension } => without_interior(HullShape::Flat { affine_dimension }),

@@ -3,9 +3,11 @@
 mod ablation;
 mod annealing;
 mod conformity;
+mod dexgraspnet;
 mod diversity;
 mod execution;
 mod fixtures;
+mod invariance;
 mod object;
 mod preset;
 mod rank;
