@@ -1,6 +1,7 @@
 //! How one start becomes the pose of a grasp: by the simulation alone, by fits before and after it, or by annealing.
 
 use graspd_hand::{Hand, HandPose};
+use rayon::prelude::*;
 
 use crate::GraspError;
 use crate::annealing::{AnnealingSettings, anneal};
@@ -125,6 +126,7 @@ impl Job<'_> {
         let sdf = self.object.simulated.sdf();
         let first = self.index.saturating_mul(fitter.candidates());
         let mut fitted = (0..fitter.candidates())
+            .into_par_iter()
             .map(|candidate| Ok(fitter.coarse(sdf, &self.start(first.saturating_add(candidate))?)))
             .collect::<Result<Vec<_>, GraspError>>()?;
         fitted.sort_by(|a, b| fitter.rating(a).total_cmp(&fitter.rating(b)));
