@@ -1,11 +1,13 @@
 //! Points spread over a surface: independently by area, or evenly.
 
 use std::cmp::Ordering;
-use std::collections::{BinaryHeap, HashMap};
+use std::collections::{BinaryHeap, HashMap, binary_heap::PeekMut};
+use std::ops::Range;
 
 use nalgebra::{Point3, Vector3};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
+use rayon::prelude::*;
 
 use crate::TriangleMesh;
 
@@ -90,9 +92,9 @@ pub fn sample_evenly(mesh: &TriangleMesh, count: usize, seed: u64) -> Vec<Surfac
     let candidates: Vec<SurfacePoint> = (0..count.saturating_mul(CANDIDATES_PER_POINT))
         .map(|_| sampler.sample(&mut rng))
         .collect();
-    let neighbours = crowding_neighbours(&candidates, hexagonal_spacing(sampler.area(), count));
-    let mut crowding: Vec<f64> = (neighbours.iter())
-        .map(|list| list.iter().map(|neighbour| neighbour.1).sum())
+    let neighbours = Neighbours::find(&candidates, hexagonal_spacing(sampler.area(), count));
+    let mut crowding: Vec<f64> = (0..candidates.len())
+        .map(|candidate| neighbours.of(candidate).iter().map(|n| n.1).sum())
         .collect();
     let mut queue: BinaryHeap<Crowded> = (crowding.iter().enumerate())
         .map(|(candidate, &crowding)| Crowded {
@@ -103,21 +105,20 @@ pub fn sample_evenly(mesh: &TriangleMesh, count: usize, seed: u64) -> Vec<Surfac
     let mut is_kept = vec![true; candidates.len()];
     let mut kept = candidates.len();
     while kept > count {
-        let Some(most) = queue.pop() else { break };
-        // Entries from before a neighbour was removed are out of date.
-        if !is_kept[most.candidate] || most.crowding != crowding[most.candidate] {
+        let Some(mut most) = queue.peek_mut() else {
+            break;
+        };
+        // Crowding only ever falls: what is first by what it was, and still is that crowded, is first.
+        let now = crowding[most.candidate];
+        if most.crowding != now {
+            most.crowding = now;
             continue;
         }
-        is_kept[most.candidate] = false;
+        let removed = PeekMut::pop(most).candidate;
+        is_kept[removed] = false;
         kept -= 1;
-        for &(candidate, weight) in &neighbours[most.candidate] {
-            if is_kept[candidate] {
-                crowding[candidate] -= weight;
-                queue.push(Crowded {
-                    crowding: crowding[candidate],
-                    candidate,
-                });
-            }
+        for &(candidate, weight) in neighbours.of(removed) {
+            crowding[candidate as usize] -= weight;
         }
     }
     candidates
@@ -133,33 +134,139 @@ fn hexagonal_spacing(area: f64, count: usize) -> f64 {
     (2.0 * area / (3.0_f64.sqrt() * count as f64)).sqrt()
 }
 
-/// For each point, the others on its side of the surface within `reach`, and how much they crowd it.
-fn crowding_neighbours(points: &[SurfacePoint], reach: f64) -> Vec<Vec<(usize, f64)>> {
-    let cell_of = |p: &Point3<f64>| [p.x, p.y, p.z].map(|x| (x / reach).floor() as i64);
-    let mut cells: HashMap<[i64; 3], Vec<usize>> = HashMap::new();
-    for (index, one) in points.iter().enumerate() {
-        cells.entry(cell_of(&one.point)).or_default().push(index);
+/// For each point, the others on its side of the surface within some reach, and how much they crowd it.
+struct Neighbours {
+    /// The neighbours of all points in a cell, point by point.
+    lists: Vec<Vec<(u32, f64)>>,
+    /// The cell of each point, and its part of the cell's list.
+    places: Vec<(u32, Range<u32>)>,
+}
+
+impl Neighbours {
+    fn find(points: &[SurfacePoint], reach: f64) -> Self {
+        let cells = Cells::new(points, reach);
+        let found: Vec<_> = (0..cells.keys.len())
+            .into_par_iter()
+            .map(|cell| cells.neighbours(reach, cell))
+            .collect();
+        let mut places = vec![(0, 0..0); points.len()];
+        let mut lists = Vec::with_capacity(found.len());
+        for (cell, (list, ends)) in found.into_iter().enumerate() {
+            let mut start = 0;
+            for (&point, end) in cells.members(cell).iter().zip(ends) {
+                places[point as usize] = (cell as u32, start..end);
+                start = end;
+            }
+            lists.push(list);
+        }
+        Self { lists, places }
     }
-    let offsets =
-        || (-1..=1).flat_map(|x| (-1..=1).flat_map(move |y| (-1..=1).map(move |z| [x, y, z])));
-    points
-        .iter()
-        .enumerate()
-        .map(|(index, one)| {
-            let cell = cell_of(&one.point);
-            offsets()
-                .filter_map(|offset| {
-                    cells.get(&[0, 1, 2].map(|axis| cell[axis].saturating_add(offset[axis])))
-                })
-                .flatten()
-                .filter(|&&other| other != index && points[other].normal.dot(&one.normal) > 0.0)
-                .filter_map(|&other| {
-                    let ratio = (points[other].point - one.point).norm() / reach;
-                    (ratio < 1.0).then(|| (other, (1.0 - ratio).powi(8)))
-                })
-                .collect()
-        })
-        .collect()
+
+    fn of(&self, point: usize) -> &[(u32, f64)] {
+        let (cell, range) = &self.places[point];
+        &self.lists[*cell as usize][range.start as usize..range.end as usize]
+    }
+}
+
+/// Points sorted into the cells of a grid, each as wide as the reach.
+struct Cells {
+    keys: Vec<[i64; 3]>,
+    number: HashMap<[i64; 3], u32>,
+    /// The points of cell c, from the first on, are members\[ends\[c - 1\]..ends\[c\]\].
+    ends: Vec<usize>,
+    members: Vec<u32>,
+    /// Position and normal of each member: what is near lies together.
+    near: Vec<(Point3<f64>, Vector3<f64>)>,
+}
+
+impl Cells {
+    fn new(points: &[SurfacePoint], reach: f64) -> Self {
+        let mut number = HashMap::new();
+        let (mut keys, mut ends) = (Vec::new(), Vec::new());
+        let cells: Vec<u32> = (points.iter())
+            .map(|one| {
+                let key =
+                    [one.point.x, one.point.y, one.point.z].map(|x| (x / reach).floor() as i64);
+                let cell = *number.entry(key).or_insert_with(|| {
+                    keys.push(key);
+                    ends.push(0);
+                    keys.len() as u32 - 1
+                });
+                ends[cell as usize] += 1;
+                cell
+            })
+            .collect();
+        let mut next = Vec::with_capacity(ends.len());
+        let mut sum = 0;
+        for end in &mut ends {
+            next.push(sum);
+            sum += *end;
+            *end = sum;
+        }
+        let mut members = vec![0; points.len()];
+        for (point, &cell) in cells.iter().enumerate() {
+            members[next[cell as usize]] = point as u32;
+            next[cell as usize] += 1;
+        }
+        Self {
+            keys,
+            number,
+            ends,
+            near: (members.iter())
+                .map(|&point| (points[point as usize].point, points[point as usize].normal))
+                .collect(),
+            members,
+        }
+    }
+
+    fn range(&self, cell: usize) -> Range<usize> {
+        let start = cell.checked_sub(1).map_or(0, |before| self.ends[before]);
+        start..self.ends[cell]
+    }
+
+    fn members(&self, cell: usize) -> &[u32] {
+        &self.members[self.range(cell)]
+    }
+
+    /// The neighbours of the points of one cell, point by point, and where each point's end.
+    fn neighbours(&self, reach: f64, cell: usize) -> (Vec<(u32, f64)>, Vec<u32>) {
+        let [x, y, z] = self.keys[cell];
+        let mut around = Vec::new();
+        for dx in -1..=1 {
+            for dy in -1..=1 {
+                for dz in -1..=1 {
+                    let key = [
+                        x.saturating_add(dx),
+                        y.saturating_add(dy),
+                        z.saturating_add(dz),
+                    ];
+                    if let Some(&cell) = self.number.get(&key) {
+                        around.push(self.range(cell as usize));
+                    }
+                }
+            }
+        }
+        let (mut list, mut ends) = (Vec::new(), Vec::new());
+        // A little more than the reach, for the rounding of the square.
+        let most_squared = reach * reach * (1.0 + 1e-9);
+        for member in self.range(cell) {
+            let (point, normal) = &self.near[member];
+            for range in &around {
+                for (other, (at, its_normal)) in range.clone().zip(&self.near[range.clone()]) {
+                    let away = at - point;
+                    let squared = away.norm_squared();
+                    if squared < most_squared && other != member && its_normal.dot(normal) > 0.0 {
+                        let ratio = squared.sqrt() / reach;
+                        if ratio < 1.0 {
+                            list.push((self.members[other], (1.0 - ratio).powi(8)));
+                        }
+                    }
+                }
+            }
+            ends.push(list.len() as u32);
+        }
+        (list, ends)
+    }
 }
 
 /// An entry of the queue of points to remove: the most crowded first, of equals the one drawn first.
@@ -284,6 +391,65 @@ mod tests {
         assert_ne!(points, sample_evenly(&plate, 400, 4));
         let top = points.iter().filter(|p| p.normal.z > 0.5).count();
         assert!((180..=220).contains(&top), "{top}");
+    }
+
+    /// Each time the first of the most crowded points of all.
+    fn plainly_even(mesh: &TriangleMesh, count: usize, seed: u64) -> Vec<SurfacePoint> {
+        let sampler = SurfaceSampler::new(mesh).unwrap();
+        let mut rng = ChaCha8Rng::seed_from_u64(seed);
+        let points: Vec<SurfacePoint> = (0..count * CANDIDATES_PER_POINT)
+            .map(|_| sampler.sample(&mut rng))
+            .collect();
+        let neighbours = Neighbours::find(&points, hexagonal_spacing(sampler.area(), count));
+        let mut crowding: Vec<f64> = (0..points.len())
+            .map(|i| neighbours.of(i).iter().map(|n| n.1).sum())
+            .collect();
+        let mut kept: Vec<usize> = (0..points.len()).collect();
+        while kept.len() > count {
+            let most = (kept.iter()).fold(kept[0], |most, &i| {
+                if crowding[i] > crowding[most] {
+                    i
+                } else {
+                    most
+                }
+            });
+            kept.retain(|&i| i != most);
+            for &(other, weight) in neighbours.of(most) {
+                crowding[other as usize] -= weight;
+            }
+        }
+        kept.into_iter().map(|i| points[i]).collect()
+    }
+
+    #[test]
+    fn even_points_are_those_that_plain_elimination_leaves() {
+        let mesh = box_mesh(Vector3::new(0.1, 0.04, 0.2), 1.0);
+        for seed in 0..5 {
+            assert_eq!(
+                sample_evenly(&mesh, 60, seed),
+                plainly_even(&mesh, 60, seed)
+            );
+        }
+    }
+
+    #[test]
+    fn neighbours_are_all_that_are_near_on_the_same_side() {
+        let plate = box_mesh(Vector3::new(0.1, 0.1, 0.0005), 0.01);
+        let sampler = SurfaceSampler::new(&plate).unwrap();
+        let mut rng = ChaCha8Rng::seed_from_u64(4);
+        let points: Vec<SurfacePoint> = (0..300).map(|_| sampler.sample(&mut rng)).collect();
+        let reach = 0.012;
+        let neighbours = Neighbours::find(&points, reach);
+        for (i, one) in points.iter().enumerate() {
+            let mut found = neighbours.of(i).to_vec();
+            found.sort_by_key(|n| n.0);
+            let near = points.iter().enumerate().filter_map(|(j, other)| {
+                let ratio = (other.point - one.point).norm() / reach;
+                let is_near = ratio < 1.0 && other.normal.dot(&one.normal) > 0.0;
+                (i != j && is_near).then(|| (j as u32, (1.0 - ratio).powi(8)))
+            });
+            assert_eq!(found, near.collect::<Vec<_>>());
+        }
     }
 
     #[test]

@@ -11,7 +11,7 @@ use crate::part::Part;
 use crate::self_collision::{self, Sphere};
 use crate::{
     CollisionSpheres, ContactPoints, Hand, HandError, HandPose, HandScratch, KinematicTree, Limit,
-    PalmFrame, PointBuffer,
+    PalmFrame, PointBuffer, PosedHand, Pull, PullRows,
 };
 
 /// How finely a hand is covered with contact points and spheres.
@@ -97,6 +97,8 @@ pub struct ArticulatedHand {
     pub(crate) contact_ranges: Vec<(usize, Range<usize>)>,
     pub(crate) local_points: PointBuffer<f64>,
     local_normals: PointBuffer<f64>,
+    /// The body of each vertex of the surface.
+    pub(crate) vertex_bodies: Vec<u32>,
     pub(crate) spheres: CollisionSpheres,
     pub(crate) sphere_centers: Vec<Vec3<f64>>,
     /// See [`Hand::described_closing`].
@@ -155,6 +157,9 @@ impl ArticulatedHand {
                 pairs,
             },
             sphere_centers: spheres.iter().map(|s| s.center).collect(),
+            vertex_bodies: (description.parts.iter())
+                .flat_map(|part| std::iter::repeat_n(part.body as u32, part.mesh.vertices.len()))
+                .collect(),
             closing: Vec::new(),
             description,
         };
@@ -275,6 +280,12 @@ impl Hand for ArticulatedHand {
             surface.append(&part.mesh.transformed(&poses[part.body]));
         }
         surface
+    }
+    fn place(&self, pose: &HandPose, posed: &mut PosedHand) {
+        self.place_points(pose, posed);
+    }
+    fn pull_rows(&self, pose: &HandPose, posed: &PosedHand, pulls: &[Pull], rows: &mut PullRows) {
+        self.rows_of(pose, posed, pulls, rows);
     }
     fn rigid_parts(&self) -> Vec<Part> {
         self.parts().to_vec()

@@ -2,8 +2,9 @@
 
 use graspd_ad::Element;
 use graspd_geom::{Quaternion, Rigid, TriangleMesh, Vec3};
-use nalgebra::{Point3, Vector3};
+use nalgebra::{DMatrix, Point3, Vector3};
 
+use crate::following::{PosedHand, Pull, PullRows, place_plainly, pull_rows_by_differences};
 use crate::mirroring::Reflected;
 use crate::part::Part;
 
@@ -219,6 +220,20 @@ pub trait Hand: Kinematics<f32> + Kinematics<f64> + Send + Sync {
     fn collision_spheres(&self) -> &CollisionSpheres;
     /// The posed surface in the object frame: closed, outward oriented parts (they may overlap each other).
     fn surface(&self, pose: &HandPose) -> TriangleMesh;
+    /// The vertices of [`Hand::surface`] and the spheres' centres, for who asks often: `posed` is overwritten, and its
+    /// memory used again.
+    fn place(&self, pose: &HandPose, posed: &mut PosedHand) {
+        place_plainly(self, pose, posed);
+    }
+    /// One row of derivatives for each pull on the hand, `posed` being what [`Hand::place`] has made of the pose.
+    fn pull_rows(&self, pose: &HandPose, posed: &PosedHand, pulls: &[Pull], rows: &mut PullRows) {
+        pull_rows_by_differences(self, pose, posed, pulls, rows);
+    }
+    /// The columns of [`Hand::pull_rows`] are derivatives by coordinates z, with z = z_0 + B articulation: B, `[z, n]`;
+    /// `None` where z is the articulation itself.
+    fn row_basis(&self) -> Option<DMatrix<f64>> {
+        None
+    }
     /// The solids that [`Hand::surface`] consists of, in its order, each in the frame of its body; none for a skin, which
     /// has no rigid parts.
     fn rigid_parts(&self) -> Vec<Part> {

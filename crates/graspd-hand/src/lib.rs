@@ -33,6 +33,7 @@
 
 mod allegro;
 mod articulated;
+mod articulated_following;
 mod articulated_kinematics;
 mod barrett;
 mod builtin;
@@ -41,6 +42,7 @@ mod closing;
 mod contact_points;
 mod encounters;
 mod error;
+mod following;
 mod hand;
 mod human;
 mod joint;
@@ -67,6 +69,9 @@ pub use builtin::{
 };
 pub use closing::{closed_articulation, closing_directions};
 pub use error::HandError;
+pub use following::{
+    HandPoint, PosedHand, Pull, PullRow, PullRows, place_plainly, pull_rows_by_differences,
+};
 pub use hand::{
     CollisionSpheres, ContactPoints, Hand, HandPose, HandScratch, Kinematics, Limit, POINT_PADDING,
     PalmFrame, PointBuffer, PoseGradient,

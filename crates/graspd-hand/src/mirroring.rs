@@ -2,12 +2,12 @@
 
 use graspd_ad::Element;
 use graspd_geom::{Mat3, Quaternion, Rigid, TriangleMesh, Vec3};
-use nalgebra::{Point3, Vector3};
+use nalgebra::{DMatrix, Point3, Vector3};
 
 use crate::split::set_split;
 use crate::{
     CollisionSpheres, ContactPoints, Hand, HandPose, HandScratch, Kinematics, Limit, PalmFrame,
-    Part, PointBuffer, PoseGradient,
+    Part, PointBuffer, PoseGradient, PosedHand, Pull, PullRows,
 };
 
 /// A reflection at a plane through the origin: S = I - 2 n n^T.
@@ -293,6 +293,39 @@ impl Hand for MirroredHand {
     fn surface(&self, pose: &HandPose) -> TriangleMesh {
         self.reflection
             .mesh(&self.original.surface(&self.reflection.pose(pose)))
+    }
+    fn place(&self, pose: &HandPose, posed: &mut PosedHand) {
+        let PosedHand {
+            vertices,
+            spheres,
+            original,
+            ..
+        } = posed;
+        let original = original.get_or_insert_default();
+        self.original.place(&self.reflection.pose(pose), original);
+        let reflected = |p: &Point3<f64>| Point3::from(self.reflection.vector((*p).into()));
+        for (points, from) in [(vertices, &original.vertices), (spheres, &original.spheres)] {
+            points.clear();
+            points.extend(from.iter().map(reflected));
+        }
+    }
+    fn pull_rows(&self, pose: &HandPose, posed: &PosedHand, pulls: &[Pull], rows: &mut PullRows) {
+        let Some(original) = &posed.original else {
+            unreachable!("place has filled it");
+        };
+        let reflected = |pull: &Pull| Pull {
+            points: pull
+                .points
+                .map(|(p, force)| (p, self.reflection.vector(force))),
+        };
+        let reflected: Vec<Pull> = pulls.iter().map(reflected).collect();
+        let pose_of_original = self.reflection.pose(pose);
+        self.original
+            .pull_rows(&pose_of_original, original, &reflected, rows);
+        rows.set_base(pulls, posed, pose.translation);
+    }
+    fn row_basis(&self) -> Option<DMatrix<f64>> {
+        self.original.row_basis()
     }
     fn rigid_parts(&self) -> Vec<Part> {
         let reflected = |part: Part| Part {

@@ -2,6 +2,7 @@
 
 use graspd_geom::{Rigid, SignedDistance, Vec3};
 use nalgebra::{Point3, Vector3};
+use rayon::prelude::*;
 
 use crate::HandOptions;
 use crate::articulated::HandDescription;
@@ -20,6 +21,8 @@ const PROTRUSIONS: [f64; 4] = [0.0, 0.07, 0.14, 0.21];
 const LARGEST_PROTRUSION: f64 = 2e-3;
 /// What counts as the gap between a surface point and the spheres of a body that has none yet \[m\].
 const LARGEST_GAP: f64 = 0.02;
+/// Candidates that are not worth sharing among threads.
+const FEW_CANDIDATES: usize = 64;
 /// Surface points looked at.
 const MOST_SURFACE_POINTS: usize = 1500;
 
@@ -51,9 +54,9 @@ pub(crate) fn fit(
         return (Vec::new(), Vec::new());
     }
     let tree = &description.tree;
-    let parts = description.parts.iter().zip(solids);
+    let parts = description.parts.par_iter().zip(solids);
     let candidates: Vec<Sphere> = parts
-        .flat_map(|(part, solid)| inscribed(solid, part.body))
+        .flat_map_iter(|(part, solid)| inscribed(solid, part.body))
         .collect();
     let surface: Vec<SurfacePoint> = surface
         .iter()
@@ -95,6 +98,7 @@ fn most_useful(
     count: usize,
 ) -> Vec<Sphere> {
     let mut fits: Vec<BodyFit> = (0..bodies)
+        .into_par_iter()
         .map(|body| BodyFit::new(body, candidates, surface))
         .collect();
     let mut spheres = Vec::new();
@@ -140,8 +144,9 @@ impl BodyFit {
             });
             terms.sum()
         };
-        let gains = self.candidates.iter().map(gain).enumerate();
-        self.best = gains
+        let gains = self.candidates.par_iter().with_min_len(FEW_CANDIDATES);
+        let gains: Vec<f64> = gains.map(gain).collect();
+        self.best = (gains.into_iter().enumerate())
             .filter(|&(_, gain)| gain > 0.0)
             .map(|(index, gain)| (gain, index))
             .max_by(|a, b| a.0.total_cmp(&b.0));

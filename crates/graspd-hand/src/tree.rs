@@ -37,6 +37,15 @@ struct Body {
     follows: bool,
 }
 
+/// How a body moves for a small change of the parameter of its joint: x -> x + turn x x + shift, in the frame of the poses.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Screw {
+    pub(crate) parent: usize,
+    pub(crate) parameter: u32,
+    pub(crate) turn: Vec3<f64>,
+    pub(crate) shift: Vec3<f64>,
+}
+
 /// A tree of rigid bodies joined by revolute, continuous and prismatic joints.
 ///
 /// Links that are joined by fixed joints are one body; its frame is that of the link nearest to the root. Body 0
@@ -210,6 +219,26 @@ impl KinematicTree {
         }
         gradient.translation = forces[0];
         gradient.rotation = torques[0];
+    }
+
+    /// The screws of all joints for the bodies' poses, parents first: that of body b is number b - 1.
+    pub(crate) fn screws(&self, poses: &[Rigid<f64>]) -> Vec<Screw> {
+        let screw = |(index, body): (usize, &Body)| {
+            let pose = &poses[index + 1];
+            let axis = pose.rotation.apply(body.axis) * body.multiplier;
+            let (turn, shift) = if body.slides {
+                (Vec3::zero(), axis)
+            } else {
+                (axis, pose.translation.cross(axis))
+            };
+            Screw {
+                parent: body.parent,
+                parameter: body.parameter as u32,
+                turn,
+                shift,
+            }
+        };
+        self.bodies.iter().enumerate().map(screw).collect()
     }
 
     /// The tree on the other side of a mirror: the same values of the joints give the mirror image.

@@ -1,6 +1,9 @@
 //! How one start becomes the pose of a grasp: by the simulation alone, by fits before and after it, or by annealing.
 
+use std::time::Instant;
+
 use graspd_hand::{Hand, HandPose};
+use rayon::prelude::*;
 
 use crate::GraspError;
 use crate::annealing::{AnnealingSettings, anneal};
@@ -29,6 +32,8 @@ pub(crate) struct Attempt {
     /// `None` if nothing was simulated.
     pub(crate) synthesis: Option<Synthesis>,
     pub(crate) trajectory: Vec<TrajectoryPoint>,
+    /// Time that it took, summed over the threads that shared it \[s\].
+    pub(crate) seconds: f64,
 }
 
 impl Job<'_> {
@@ -38,6 +43,7 @@ impl Job<'_> {
 
     /// Simulated annealing, the baseline.
     pub(crate) fn anneal(&self, annealing: &AnnealingSettings) -> Result<Attempt, GraspError> {
+        let started = Instant::now();
         let start = self.start(self.index)?;
         let name = format!("{}, annealing", self.hand.name());
         let mut rng = start_rng(self.seed, &self.object.source.name, &name, self.index);
@@ -57,12 +63,16 @@ impl Job<'_> {
             pose,
             synthesis: None,
             trajectory: Vec::new(),
+            seconds: started.elapsed().as_secs_f64(),
         })
     }
 
     /// The paper's optimisation, from the start of this number.
     pub(crate) fn simulate_from_start(&self) -> Result<Attempt, GraspError> {
-        self.simulate(self.start(self.index)?)
+        let started = Instant::now();
+        let mut attempt = self.simulate(self.start(self.index)?)?;
+        attempt.seconds = started.elapsed().as_secs_f64();
+        Ok(attempt)
     }
 
     fn simulate(&self, start: HandPose) -> Result<Attempt, GraspError> {
@@ -87,6 +97,7 @@ impl Job<'_> {
             pose: made.pose.clone(),
             synthesis: Some(made),
             trajectory,
+            seconds: 0.0,
         })
     }
 
@@ -94,18 +105,18 @@ impl Job<'_> {
     /// projection. If it is too deep even so, the next ones are tried, and the best is kept.
     pub(crate) fn fit_and_simulate(&self, fitter: &HandFitter<'_>) -> Result<Attempt, GraspError> {
         let sdf = self.object.simulated.sdf();
+        let (candidates, before) = self.candidates(fitter)?;
+        let started = Instant::now();
+        let seconds = || before + started.elapsed().as_secs_f64();
         let mut best: Option<(f64, Attempt)> = None;
-        for candidate in self
-            .candidates(fitter)?
-            .into_iter()
-            .take(fitter.finalists())
-        {
+        for candidate in candidates.into_iter().take(fitter.finalists()) {
             let mut attempt = self.simulate(candidate.pose)?;
             let fitted = fitter.fine(sdf, &attempt.pose);
             let projected = fitter.project(sdf, &self.object.distance, &fitted.pose);
             let rating = fitter.rating(&projected);
             let is_shallow = fitter.is_shallow(&projected);
             attempt.pose = projected.pose;
+            attempt.seconds = seconds();
             if is_shallow {
                 return Ok(attempt);
             }
@@ -114,21 +125,33 @@ impl Job<'_> {
             }
         }
         match best {
-            Some((_, attempt)) => Ok(attempt),
+            Some((_, mut attempt)) => {
+                attempt.seconds = seconds();
+                Ok(attempt)
+            }
             None => self.simulate_from_start(),
         }
     }
 
     /// Coarse fits from the starts that belong to this grasp, most promising first: those whose numbers are `candidates`
-    /// times the grasp's and the next.
-    fn candidates(&self, fitter: &HandFitter<'_>) -> Result<Vec<FittedHand>, GraspError> {
+    /// times the grasp's and the next. And the seconds that they took in sum.
+    ///
+    /// In parallel: where fewer grasps are left than there are threads, these are what can be shared.
+    fn candidates(&self, fitter: &HandFitter<'_>) -> Result<(Vec<FittedHand>, f64), GraspError> {
         let sdf = self.object.simulated.sdf();
         let first = self.index.saturating_mul(fitter.candidates());
-        let mut fitted = (0..fitter.candidates())
-            .map(|candidate| Ok(fitter.coarse(sdf, &self.start(first.saturating_add(candidate))?)))
-            .collect::<Result<Vec<_>, GraspError>>()?;
+        let fit = |candidate: usize| {
+            let started = Instant::now();
+            let fitted = fitter.coarse(sdf, &self.start(first.saturating_add(candidate))?);
+            Ok((fitted, started.elapsed().as_secs_f64()))
+        };
+        let fitted = (0..fitter.candidates()).into_par_iter().map(fit);
+        let (mut fitted, seconds): (Vec<FittedHand>, Vec<f64>) = fitted
+            .collect::<Result<Vec<_>, GraspError>>()?
+            .into_iter()
+            .unzip();
         fitted.sort_by(|a, b| fitter.rating(a).total_cmp(&fitter.rating(b)));
-        Ok(fitted)
+        Ok((fitted, seconds.iter().sum()))
     }
 }
 

@@ -168,14 +168,18 @@ impl SynthesisSettings {
         }
     }
 
-    /// The preset `default` with half of the starts, a third of the steps and half of the last fit.
+    /// The preset `default` with fewer points, iterations and steps, but as many starts: these are worth more
+    /// (`docs/tuning.md`).
     pub fn fast() -> Self {
         Self {
             preset: "fast".into(),
             conformity: Some(ConformitySettings {
-                candidates: 4,
+                coarse_samples: 400,
                 fine_samples: 2000,
-                fine_iterations: [20, 10],
+                core_samples: [400, 4000],
+                dense_samples: 20_000,
+                coarse_iterations: [20, 15],
+                fine_iterations: [35, 15],
                 ..ConformitySettings::default()
             }),
             ..Self::default().with_steps(200)

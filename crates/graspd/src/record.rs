@@ -121,7 +121,7 @@ pub struct OptimizerRecord {
     pub task_satisfied: bool,
 }
 
-/// Wall-clock seconds.
+/// Wall-clock seconds; what several threads shared counts once for each.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Seconds {
     /// Spent optimising.

@@ -222,7 +222,6 @@ impl<'a> GraspMaker<'a> {
             ..
         } = *self;
         let (fitter, judged) = (self.fitter.as_ref(), &self.judged);
-        let started = Instant::now();
         let job = Job {
             object,
             hand,
@@ -236,17 +235,17 @@ impl<'a> GraspMaker<'a> {
             pose,
             synthesis,
             trajectory,
+            seconds,
         } = match (fitter, &settings.annealing) {
             (_, Some(annealing)) => job.anneal(annealing)?,
             (Some(fitter), None) => job.fit_and_simulate(fitter)?,
             (None, None) => job.simulate_from_start()?,
         };
-        let synthesis_seconds = started.elapsed().as_secs_f64();
 
         let started = Instant::now();
         let metrics = evaluate(judged, &hand.surface(&pose), &run.evaluation)?;
         let seconds = Seconds {
-            synthesis: synthesis_seconds,
+            synthesis: seconds,
             evaluation: started.elapsed().as_secs_f64(),
         };
         let mut record = record_of(object, hand, &pose, &run.execution, index);

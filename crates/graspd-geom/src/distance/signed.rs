@@ -75,12 +75,32 @@ impl SignedDistance {
     /// Where several points of the surface are nearest the gradient belongs to one of them; on the surface it
     /// is a face's normal, and zero on a face without area.
     pub fn distance_and_gradient(&self, p: &Point3<f64>) -> (f64, Vector3<f64>) {
-        let closest = self.closest(p);
+        self.signed(p, &self.closest(p), None)
+    }
+
+    /// [`SignedDistance::distance_and_gradient`] at a point of which something is known already: it is nearer to the
+    /// surface than `bound` \[m\] (if not, only time is lost), and perhaps whether it is inside, which must be right.
+    pub fn distance_and_gradient_within(
+        &self,
+        p: &Point3<f64>,
+        bound: f64,
+        is_inside: Option<bool>,
+    ) -> (f64, Vector3<f64>) {
+        let closest = self.closest_within(p, bound);
+        self.signed(p, &closest.unwrap_or_else(|| self.closest(p)), is_inside)
+    }
+
+    fn signed(
+        &self,
+        p: &Point3<f64>,
+        closest: &ClosestPoint,
+        is_inside: Option<bool>,
+    ) -> (f64, Vector3<f64>) {
         // So near the surface that nothing is left of the difference, the normal stands in for it.
         let Some(away) = (p - closest.point).try_normalize(f64::MIN_POSITIVE) else {
             return (closest.distance, closest.normal);
         };
-        if self.is_inside(p) {
+        if is_inside.unwrap_or_else(|| self.is_inside(p)) {
             (-closest.distance, -away)
         } else {
             (closest.distance, away)

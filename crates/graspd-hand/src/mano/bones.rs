@@ -122,7 +122,7 @@ impl JointForces {
 }
 
 /// (m_zy - m_yz, m_xz - m_zx, m_yx - m_xy): the derivative of m : (\[w\]x) by w.
-fn antisymmetric(m: &Mat3<f64>) -> Vec3<f64> {
+pub(super) fn antisymmetric(m: &Mat3<f64>) -> Vec3<f64> {
     let [x, y, z] = m.rows;
     Vec3::new(z.y - y.z, x.z - z.x, y.x - x.y)
 }

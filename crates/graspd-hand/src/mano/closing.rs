@@ -58,13 +58,18 @@ impl Closing {
 
     /// The closed surface over posed vertices, `[v]`.
     pub(crate) fn surface(&self, mut vertices: Vec<Point3<f64>>) -> TriangleMesh {
-        for wrist in &self.loops {
-            let center = middle_of(wrist.iter().map(|&v| vertices[v as usize]));
-            vertices.push(center);
-        }
+        self.close(&mut vertices);
         TriangleMesh {
             vertices,
             faces: self.faces.clone(),
+        }
+    }
+
+    /// Adds the middles of the loops to posed vertices.
+    pub(crate) fn close(&self, vertices: &mut Vec<Point3<f64>>) {
+        for wrist in &self.loops {
+            let center = middle_of(wrist.iter().map(|&v| vertices[v as usize]));
+            vertices.push(center);
         }
     }
 }

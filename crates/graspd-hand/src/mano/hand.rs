@@ -1,11 +1,12 @@
 //! A skinned hand: contact points, limits, palm and surface of a model with one shape.
 
 use graspd_geom::{Quaternion, Rigid, TriangleMesh, Vec3};
-use nalgebra::{Point3, UnitQuaternion, Vector3};
+use nalgebra::{DMatrix, Point3, UnitQuaternion, Vector3};
 
 use super::bones::BonePose;
 use super::closing::Closing;
 use super::fingers::{Fingers, heaviest};
+use super::following::Followed;
 use super::kinematics::SkinnedScratch;
 use super::model::{POSE_VALUES, SKINNED_JOINT_NAMES, SKINNED_JOINTS, SkinnedModel};
 use super::open::open_coefficients;
@@ -14,7 +15,7 @@ use super::skin::{Skin, SlotOrder};
 use super::spheres;
 use crate::{
     CollisionSpheres, ContactPoints, Hand, HandError, HandPose, HandScratch, Limit, PalmFrame,
-    PointBuffer,
+    PointBuffer, PosedHand, Pull, PullRows,
 };
 
 /// A hand whose skin is moved by linear blend skinning with pose blendshapes, in MANO's layout.
@@ -45,7 +46,8 @@ pub struct SkinnedHand {
     pub(crate) skin_f32: Skin<f32>,
     pub(crate) spheres: CollisionSpheres,
     pub(crate) sphere_centers: Vec<Vec3<f64>>,
-    closing: Closing,
+    pub(crate) closing: Closing,
+    pub(crate) followed: Followed,
     notes: Vec<String>,
 }
 
@@ -94,6 +96,7 @@ impl SkinnedHand {
             skin_f64: Skin::new(&model, &rest, &order),
             skin_f32: Skin::new(&model, &rest, &order),
             contacts: contact_points(&model, &order),
+            followed: Followed::new(&model.weights),
             shape: options.shape.clone(),
             components,
             mean,
@@ -248,6 +251,15 @@ impl Hand for SkinnedHand {
         );
         self.closing
             .surface(posed.into_iter().map(Point3::from).collect())
+    }
+    fn place(&self, pose: &HandPose, posed: &mut PosedHand) {
+        self.place_points(pose, posed);
+    }
+    fn pull_rows(&self, pose: &HandPose, posed: &PosedHand, pulls: &[Pull], rows: &mut PullRows) {
+        self.rows_of(pose, posed, pulls, rows);
+    }
+    fn row_basis(&self) -> Option<DMatrix<f64>> {
+        Some(self.component_basis())
     }
     fn notes(&self) -> &[String] {
         &self.notes

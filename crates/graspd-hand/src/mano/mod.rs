@@ -6,6 +6,7 @@ mod bones;
 mod closing;
 mod file;
 mod fingers;
+mod following;
 mod hand;
 mod kinematics;
 mod model;
@@ -24,6 +25,7 @@ mod spheres;
 mod split_pose;
 
 pub use file::{load_skinned_hand, load_skinned_model, parse_skinned_model};
+pub(crate) use following::PosedSkin;
 pub use hand::SkinnedHand;
 pub(crate) use kinematics::SkinnedScratch;
 pub use model::{

@@ -1,10 +1,13 @@
 //! Every kind of hand: forward kinematics against the crate `k`, pullbacks against central differences and the tape,
 //! mirror images, spheres.
 
+#[path = "../following/mod.rs"]
+mod following;
 mod kinds;
 mod motion;
 mod pullback;
 mod remainder;
+mod rows;
 mod spheres;
 
 use graspd_geom::{Quaternion, Vec3, shared_file};

@@ -12,6 +12,7 @@ use graspd_hand::{
 use nalgebra::Vector3;
 use proptest::prelude::*;
 
+use crate::following::assert_following;
 use crate::{plain, synthetic};
 
 /// Positions are about 0.3 m: double precision leaves nothing else.
@@ -437,5 +438,14 @@ fn the_palm_of_either_hand_is_found() {
             palm.normal.z > 0.9 && palm.fingers.y > 0.9 && palm.center.z > 0.005,
             "{palm:?}"
         );
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(8))]
+
+    #[test]
+    fn points_follow_joints_and_blendshapes_as_differences_say(seed: u64) {
+        assert_following(&*HAND, seed)?;
     }
 }

@@ -2,6 +2,8 @@
 
 mod archives;
 mod faults;
+#[path = "../following/mod.rs"]
+mod following;
 mod kinematics;
 mod mutations;
 mod pickles;

@@ -1,11 +1,13 @@
 //! Balls that fill the hand: whatever is in one of them has gone into the hand, on whichever side of a wall its skin is.
 
 use graspd_geom::{Quaternion, SignedDistance, TriangleMesh, Vec3};
-use graspd_hand::{Hand, HandPose, Limit};
-use nalgebra::Vector3;
+use graspd_hand::{Hand, HandPose, Limit, Pull};
+use nalgebra::{Point3, Vector3};
+use rayon::prelude::*;
 
 use super::skin::SkinSamples;
 use crate::GraspError;
+use crate::run::surface_at_rest;
 
 /// No ball is larger \[m\]: half the thickness of a finger is enough to notice a wall, and larger balls cost range.
 const MOST_RADIUS: f64 = 0.012;
@@ -15,6 +17,44 @@ const LEAST_RADIUS: f64 = 0.002;
 const TOLERANCE: f64 = 2e-4;
 /// Halvings of the interval in which a radius lies.
 const HALVINGS: usize = 12;
+
+/// A hand as solids: open, and bent, if its joints have limits.
+pub(super) struct HandSolids {
+    pub(super) open: TriangleMesh,
+    pub(super) open_distance: SignedDistance,
+    /// Skin moves inwards where joints bend: a ball has to fit then, too.
+    bent: Option<(TriangleMesh, SignedDistance)>,
+}
+
+impl HandSolids {
+    /// # Errors
+    /// If the hand's surface is not closed.
+    pub(super) fn new(hand: &dyn Hand) -> Result<Self, GraspError> {
+        let open = surface_at_rest(hand);
+        let middle = |limits: &[Limit]| {
+            let surface = hand.surface(&HandPose {
+                translation: Vec3::zero(),
+                rotation: Quaternion::identity(),
+                articulation: limits.iter().map(Limit::middle).collect(),
+            });
+            let distance = SignedDistance::new(&surface)?;
+            Ok::<_, GraspError>((surface, distance))
+        };
+        Ok(Self {
+            open_distance: SignedDistance::new(&open)?,
+            open,
+            bent: hand.limits().map(middle).transpose()?,
+        })
+    }
+
+    fn all(&self) -> impl Iterator<Item = (&TriangleMesh, &SignedDistance)> {
+        let bent = self
+            .bent
+            .iter()
+            .map(|(surface, distance)| (surface, distance));
+        std::iter::once((&self.open, &self.open_distance)).chain(bent)
+    }
+}
 
 /// Balls inside the open hand, each touching its skin from within at a sample of it, which they follow as the hand
 /// moves.
@@ -29,31 +69,21 @@ pub(super) struct HandCore {
 }
 
 impl HandCore {
-    /// The largest balls that touch the open hand's skin at about `count` points.
-    ///
-    /// # Errors
-    /// If the hand's surface is not closed.
-    pub(super) fn new(hand: &dyn Hand, count: usize) -> Result<Self, GraspError> {
-        let mut skin = SkinSamples::new(hand, count)?;
-        let open = hand.open_articulation().to_vec();
-        let bent = (hand.limits()).map(|limits| limits.iter().map(Limit::middle).collect());
-        let mut radii = vec![MOST_RADIUS; skin.len()];
-        // Skin moves inwards where joints bend: a ball has to fit then, too.
-        for articulation in [Some(open), bent].into_iter().flatten() {
-            let surface = hand.surface(&HandPose {
-                translation: Vec3::zero(),
-                rotation: Quaternion::identity(),
-                articulation,
-            });
-            let solid = SignedDistance::new(&surface)?;
-            for (i, radius) in radii.iter_mut().enumerate() {
-                let (point, outward) = skin.point_and_normal(&surface, i);
-                *radius = largest_radius(&solid, &point, &outward, *radius);
-            }
-        }
+    /// The largest balls that touch the hand's skin at about `count` points.
+    pub(super) fn new(solids: &HandSolids, count: usize) -> Self {
+        let mut skin = SkinSamples::on(&solids.open, &solids.open_distance, count);
+        let fitting = (0..skin.len()).into_par_iter().map(|i| {
+            let solids = solids.all();
+            solids.fold(MOST_RADIUS, |radius, (surface, solid)| {
+                let vertices = &surface.vertices;
+                let (point, outward) = (skin.position(vertices, i), skin.outward(vertices, i));
+                largest_radius(solid, &point, &outward, radius)
+            })
+        });
+        let radii: Vec<f64> = fitting.collect();
         skin.keep(|i| radii[i] >= LEAST_RADIUS);
         let radius = radii.into_iter().filter(|&r| r >= LEAST_RADIUS).collect();
-        Ok(Self { skin, radius })
+        Self { skin, radius }
     }
 
     /// How many balls there are.
@@ -66,10 +96,21 @@ impl HandCore {
         self.radius[ball]
     }
 
-    /// The centre of a ball of the posed hand.
-    pub(super) fn center(&self, surface: &TriangleMesh, ball: usize) -> Vector3<f64> {
-        let (point, outward) = self.skin.point_and_normal(surface, ball);
-        point - outward * self.radius[ball]
+    /// The centre of a ball, of the surface's vertices as posed.
+    #[inline]
+    pub(super) fn center(&self, vertices: &[Point3<f64>], ball: usize) -> Vector3<f64> {
+        let outward = self.skin.outward(vertices, ball);
+        self.skin.position(vertices, ball) - outward * self.radius[ball]
+    }
+
+    /// The movement of a ball's centre along a direction.
+    pub(super) fn pull(
+        &self,
+        vertices: &[Point3<f64>],
+        ball: usize,
+        direction: &Vector3<f64>,
+    ) -> Pull {
+        (self.skin).pull_above(vertices, ball, -self.radius[ball], direction)
     }
 }
 
@@ -103,21 +144,20 @@ fn largest_radius(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::run::surface_at_rest;
     use graspd_hand::builtin_hand;
 
     #[test]
     fn balls_fill_the_open_hand_and_stay_inside() {
         for name in ["allegro", "human"] {
             let hand = builtin_hand(name).expect("it is built in");
-            let core = HandCore::new(&*hand, 400).unwrap();
-            let surface = surface_at_rest(&*hand);
-            let solid = SignedDistance::new(&surface).unwrap();
+            let solids = HandSolids::new(&*hand).unwrap();
+            let core = HandCore::new(&solids, 400);
+            let (surface, solid) = (&solids.open, &solids.open_distance);
             assert!(core.len() > 100, "{name}: {}", core.len());
             let mut largest: f64 = 0.0;
             for ball in 0..core.len() {
                 let radius = core.radius(ball);
-                let center = core.center(&surface, ball);
+                let center = core.center(&surface.vertices, ball);
                 let depth = -solid.signed_distance(&center.into());
                 assert!(
                     depth >= radius - TOLERANCE - 1e-9,

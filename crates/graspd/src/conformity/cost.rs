@@ -48,6 +48,17 @@ pub struct SkinCost {
 }
 
 impl SkinCost {
+    /// Skin this far from the object costs and gains nothing \[m\], and neither does any that is farther.
+    pub(super) fn farthest(&self) -> f64 {
+        CUTOFF * self.reach - self.depth
+    }
+
+    /// Whether skin at a signed distance \[m\] may cost or gain anything.
+    #[inline]
+    pub(super) fn reaches(&self, distance: f64) -> bool {
+        distance + self.depth < CUTOFF * self.reach || distance < 0.0
+    }
+
     /// The cost at signed distance `distance` \[m\] of a point that faces the object by `facing`.
     pub fn value<T: Real>(&self, distance: T, facing: f64) -> T {
         let zero = T::zero();

@@ -4,8 +4,8 @@ use graspd_geom::{Quaternion, SdfGrid, SignedDistance, Vec3};
 use graspd_hand::{Hand, HandPose, clamp_to_limits};
 use nalgebra::{DMatrix, DVector};
 
-use super::core::HandCore;
-use super::field::{DistanceField, ExactNearSurface};
+use super::core::{HandCore, HandSolids};
+use super::field::{DistanceField, ExactNearSurface, LookUpScratch, Query};
 use super::linearization::{Placement, PoseCost};
 use super::settings::{ConformitySettings, Stage};
 use super::skin::SkinSamples;
@@ -70,14 +70,28 @@ impl<'a> HandFitter<'a> {
     /// If a setting is out of range or the hand's surface is not closed.
     pub fn new(hand: &'a dyn Hand, settings: &'a ConformitySettings) -> Result<Self, GraspError> {
         settings.validate()?;
+        let solids = HandSolids::new(hand)?;
+        let skin = |count: usize| SkinSamples::on(&solids.open, &solids.open_distance, count);
+        let core = |count: usize| HandCore::new(&solids, count);
+        let [few, many] = settings.core_samples;
+        // The dense samples take the longest, by far.
+        let (dense, ((coarse, fine), (coarse_core, fine_core))) = rayon::join(
+            || skin(settings.dense_samples),
+            || {
+                rayon::join(
+                    || (skin(settings.coarse_samples), skin(settings.fine_samples)),
+                    || (core(few), core(many)),
+                )
+            },
+        );
         Ok(Self {
             hand,
             settings,
-            coarse: SkinSamples::new(hand, settings.coarse_samples)?,
-            fine: SkinSamples::new(hand, settings.fine_samples)?,
-            dense: SkinSamples::new(hand, settings.dense_samples)?,
-            coarse_core: HandCore::new(hand, settings.core_samples[0])?,
-            fine_core: HandCore::new(hand, settings.core_samples[1])?,
+            coarse,
+            fine,
+            dense,
+            coarse_core,
+            fine_core,
         })
     }
 
@@ -123,12 +137,16 @@ impl<'a> HandFitter<'a> {
     /// Pushes out what is deeper than allowed, with many points of the skin near the object and its mesh itself, whose
     /// edges a grid rounds; what touches is kept.
     pub fn project(&self, sdf: &SdfGrid, mesh: &SignedDistance, start: &HandPose) -> FittedHand {
-        let surface = self.hand.surface(start);
+        let vertices = self.hand.surface(start).vertices;
+        let query = |point| Query {
+            at: self.dense.position(&vertices, point),
+            seen: None,
+        };
+        let queries: Vec<Query> = (0..self.dense.len()).map(query).collect();
+        let mut answers = Vec::new();
+        sdf.look_up(&queries, &mut LookUpScratch::default(), &mut answers);
         let mut near = self.dense.clone();
-        near.keep(|point| {
-            let (distance, _) = sdf.distance_and_normal(&self.dense.position(&surface, point));
-            distance < NEAR
-        });
+        near.keep(|point| answers[point].distance < NEAR);
         let field = ExactNearSurface {
             grid: sdf,
             mesh,
@@ -151,12 +169,14 @@ impl<'a> HandFitter<'a> {
         start: &HandPose,
     ) -> FittedHand {
         let hand = self.hand;
-        let mut cost_of = PoseCost::new(hand, field, skin, core, self.settings);
+        let farthest = stages.iter().map(Stage::farthest).fold(0.0, f64::max);
+        let mut cost_of = PoseCost::new(hand, field, skin, core, self.settings, farthest);
         let mut pose = start.clone();
         if let Some(limits) = hand.limits() {
             clamp_to_limits(&mut pose.articulation, limits);
         }
-        let mut placement = cost_of.place(&pose);
+        let (mut placement, mut next_placement) = (Placement::default(), Placement::default());
+        cost_of.place(&pose, None, &mut placement);
         let mut damping = DAMPING;
         let mut last = f64::INFINITY;
         for stage in stages {
@@ -172,11 +192,12 @@ impl<'a> HandFitter<'a> {
                         continue;
                     };
                     let next = moved(hand, &pose, &step);
-                    let next_placement = cost_of.place(&next);
+                    cost_of.place(&next, Some(&placement), &mut next_placement);
                     let value = cost_of.value(&next, &next_placement, &cost);
                     is_better = value < last;
                     if is_better {
-                        (pose, placement, last) = (next, next_placement, value);
+                        (pose, last) = (next, value);
+                        std::mem::swap(&mut placement, &mut next_placement);
                         damping = (damping * EASING).max(LEAST_DAMPING);
                         break;
                     }
@@ -193,13 +214,13 @@ impl<'a> HandFitter<'a> {
 }
 
 fn fitted(skin: &SkinSamples, pose: HandPose, placement: &Placement, cost: f64) -> FittedHand {
-    let inside = placement.distance.iter().filter(|&&d| d < 0.0);
+    let inside = placement.distances().filter(|&d| d < 0.0);
     FittedHand {
         pose,
         cost,
         imbalance: placement.imbalance(),
         contact_area: inside.clone().count() as f64 * skin.area(),
-        deepest: inside.fold(0.0, |deepest, &d| deepest.max(-d)),
+        deepest: inside.fold(0.0, |deepest: f64, d| deepest.max(-d)),
     }
 }
 

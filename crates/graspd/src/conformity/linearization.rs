@@ -1,17 +1,16 @@
 //! The cost of a pose, and its normal equations.
 
-use graspd_hand::{Hand, HandPose, HandScratch, PointBuffer};
+use graspd_geom::Vec3;
+use graspd_hand::{Hand, HandPoint, HandPose, PosedHand, Pull, PullRows};
 use nalgebra::{DMatrix, DVector, Vector3};
 
 use super::core::HandCore;
 use super::cost::SkinCost;
-use super::field::DistanceField;
+use super::field::{Answer, DistanceField, LookUpScratch, Query, STEEPEST};
+use super::normal_matrix::NormalMatrix;
 use super::settings::ConformitySettings;
 use super::skin::SkinSamples;
 
-/// Step of the one-sided differences by the joints \[rad or m\]: the surface is computed in double precision, and a
-/// least-squares step needs no more than three digits.
-const DIFFERENCE: f64 = 1e-5;
 /// Self-intersections are counted in this unit \[m\].
 const INTERSECTION_UNIT: f64 = 1e-3;
 /// Joints with a smaller range than this count as if they had it \[rad\]: play is no reason to be stiff.
@@ -20,23 +19,31 @@ const LEAST_RANGE: f64 = 0.05;
 /// Where the skin and the collision spheres of a posed hand are with respect to the object.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Placement {
-    positions: Vec<Vector3<f64>>,
-    /// Signed distance of each point \[m\].
-    pub(super) distance: Vec<f64>,
-    /// The object's outward unit normal at each point, or 0.
-    normal: Vec<Vector3<f64>>,
-    /// How far each point faces the object: 0 to 1.
-    facing: Vec<f64>,
-    spheres: Vec<Vector3<f64>>,
+    hand: PosedHand,
+    skin: Vec<SkinPoint>,
     balls: Vec<Ball>,
 }
 
-/// A ball of the hand's core near the object.
+/// A point of the skin.
+#[derive(Clone, Copy, Debug)]
+struct SkinPoint {
+    /// Where it was when its distance was looked up: it has not come within reach since.
+    seen_at: Vector3<f64>,
+    /// Signed distance there \[m\].
+    distance: f64,
+    /// The object's outward unit normal, or 0.
+    normal: Vector3<f64>,
+    /// How far it faces the object: 0 to 1.
+    facing: f64,
+}
+
+/// A ball of the hand's core.
 #[derive(Clone, Copy, Debug)]
 struct Ball {
-    number: usize,
-    center: Vector3<f64>,
-    /// How much nearer the object is to its centre than its radius \[m\].
+    /// Where its centre was when its distance was looked up.
+    seen_at: Vector3<f64>,
+    distance: f64,
+    /// How much nearer the object is to its centre than its radius \[m\]; 0 if it is not.
     lack: f64,
     /// The object's outward unit normal at its centre, or 0.
     normal: Vector3<f64>,
@@ -46,13 +53,18 @@ struct Ball {
 const TOUCHING: f64 = 5e-4;
 
 impl Placement {
+    /// Signed distance of each point of the skin \[m\]; of one out of reach, what it was when it was last looked up.
+    pub(super) fn distances(&self) -> impl Iterator<Item = f64> + Clone {
+        self.skin.iter().map(|point| point.distance)
+    }
+
     /// See [`FittedHand::imbalance`](super::FittedHand::imbalance).
     pub(super) fn imbalance(&self) -> f64 {
         let (mut sum, mut total) = (Vector3::zeros(), 0.0);
-        for (i, &distance) in self.distance.iter().enumerate() {
-            if distance < TOUCHING {
-                sum += self.normal[i] * self.facing[i];
-                total += self.facing[i];
+        for point in &self.skin {
+            if point.distance < TOUCHING {
+                sum += point.normal * point.facing;
+                total += point.facing;
             }
         }
         if total > 0.0 { sum.norm() / total } else { 1.0 }
@@ -61,7 +73,7 @@ impl Placement {
 
 /// A pair of spheres that overlap.
 struct Overlap {
-    pair: [usize; 2],
+    pair: [u32; 2],
     depth: f64,
     /// From the second to the first.
     direction: Vector3<f64>,
@@ -73,21 +85,32 @@ pub(super) struct PoseCost<'a> {
     field: &'a dyn DistanceField,
     skin: &'a SkinSamples,
     core: &'a HandCore,
+    /// No cost looks at skin farther from the object than this \[m\].
+    horizon: f64,
     /// The relaxed posture and the weight of each joint's distance from it.
     posture: Vec<(f64, f64)>,
     intersection_factor: f64,
-    scratch: HandScratch,
-    contacts: PointBuffer<f64>,
-    spheres: PointBuffer<f64>,
+    matrix: NormalMatrix,
+    pulls: Vec<Pull>,
+    /// Slope and weight of each pull.
+    terms: Vec<(f64, f64)>,
+    rows: PullRows,
+    /// The points that are looked up, and what they are of the skin or the core.
+    queries: Vec<Query>,
+    asked: Vec<u32>,
+    answers: Vec<Answer>,
+    look_up: LookUpScratch,
 }
 
 impl<'a> PoseCost<'a> {
+    /// `farthest`: no cost that is going to be asked for looks at skin farther from the object \[m\].
     pub(super) fn new(
         hand: &'a dyn Hand,
         field: &'a dyn DistanceField,
         skin: &'a SkinSamples,
         core: &'a HandCore,
         settings: &ConformitySettings,
+        farthest: f64,
     ) -> Self {
         let joints = hand.open_articulation().len();
         // Coefficients of hands in MANO's layout are counted from the relaxed hand.
@@ -107,71 +130,133 @@ impl<'a> PoseCost<'a> {
             field,
             skin,
             core,
+            horizon: farthest.max(TOUCHING),
             posture: posture.collect(),
             intersection_factor: settings.intersection_weight / INTERSECTION_UNIT.powi(2),
-            scratch: hand.new_scratch(),
-            contacts: PointBuffer::zeros(hand.contact_points().weight.len()),
-            spheres: PointBuffer::zeros(hand.collision_spheres().radius.len()),
+            matrix: NormalMatrix::new(hand.row_basis(), joints),
+            pulls: Vec::new(),
+            terms: Vec::new(),
+            rows: PullRows::default(),
+            queries: Vec::new(),
+            asked: Vec::new(),
+            answers: Vec::new(),
+            look_up: LookUpScratch::default(),
         }
     }
 
-    /// Puts the hand somewhere.
-    pub(super) fn place(&mut self, pose: &HandPose) -> Placement {
-        let surface = self.hand.surface(pose);
-        let mut placement = Placement::default();
-        for point in 0..self.skin.len() {
-            let (position, outward) = self.skin.point_and_normal(&surface, point);
-            let (distance, normal) = self.field.distance_and_normal(&position);
-            placement.positions.push(position);
-            placement.distance.push(distance);
-            placement.normal.push(normal);
-            placement.facing.push((-outward.dot(&normal)).max(0.0));
+    /// Puts the hand somewhere: `placement` is overwritten. Of points that cannot have come within reach since `before`,
+    /// the distance is not looked up again.
+    pub(super) fn place(
+        &mut self,
+        pose: &HandPose,
+        before: Option<&Placement>,
+        placement: &mut Placement,
+    ) {
+        self.hand.place(pose, &mut placement.hand);
+        self.place_skin(before, placement);
+        self.place_core(before, placement);
+    }
+
+    fn place_skin(&mut self, before: Option<&Placement>, placement: &mut Placement) {
+        let vertices = &placement.hand.vertices[..];
+        self.begin_look_up();
+        placement.skin.clear();
+        for number in 0..self.skin.len() {
+            let position = self.skin.position(vertices, number);
+            let last = before.map(|before| &before.skin[number]);
+            placement.skin.push(match last {
+                Some(last) if is_beyond(last.distance - self.horizon, &last.seen_at, &position) => {
+                    *last
+                }
+                _ => {
+                    self.ask(
+                        number,
+                        position,
+                        last.map(|last| (last.seen_at, last.distance)),
+                    );
+                    SkinPoint {
+                        seen_at: position,
+                        distance: 0.0,
+                        normal: Vector3::zeros(),
+                        facing: 0.0,
+                    }
+                }
+            });
         }
+        self.look_up();
+        for (&number, answer) in self.asked.iter().zip(&self.answers) {
+            let outward = self.skin.outward(vertices, number as usize);
+            let point = &mut placement.skin[number as usize];
+            (point.distance, point.normal) = (answer.distance, answer.normal);
+            point.facing = (-outward.dot(&answer.normal)).max(0.0);
+        }
+    }
+
+    fn place_core(&mut self, before: Option<&Placement>, placement: &mut Placement) {
+        let vertices = &placement.hand.vertices[..];
+        self.begin_look_up();
+        placement.balls.clear();
         for number in 0..self.core.len() {
-            let center = self.core.center(&surface, number);
-            let (distance, normal) = self.field.distance_and_normal(&center);
-            let lack = self.core.radius(number) - distance;
-            if lack > 0.0 {
-                placement.balls.push(Ball {
-                    number,
-                    center,
-                    lack,
-                    normal,
-                });
-            }
+            let center = self.core.center(vertices, number);
+            let radius = self.core.radius(number);
+            let last = before.map(|before| &before.balls[number]);
+            placement.balls.push(match last {
+                Some(last) if is_beyond(last.distance - radius, &last.seen_at, &center) => *last,
+                _ => {
+                    self.ask(
+                        number,
+                        center,
+                        last.map(|last| (last.seen_at, last.distance)),
+                    );
+                    Ball {
+                        seen_at: center,
+                        distance: 0.0,
+                        lack: 0.0,
+                        normal: Vector3::zeros(),
+                    }
+                }
+            });
         }
-        placement.spheres = self.sphere_centers(pose);
-        placement
+        self.look_up();
+        for (&number, answer) in self.asked.iter().zip(&self.answers) {
+            let ball = &mut placement.balls[number as usize];
+            (ball.distance, ball.normal) = (answer.distance, answer.normal);
+            ball.lack = (self.core.radius(number as usize) - answer.distance).max(0.0);
+        }
     }
 
-    fn sphere_centers(&mut self, pose: &HandPose) -> Vec<Vector3<f64>> {
-        if self.intersection_factor == 0.0 || self.spheres.is_empty() {
-            return Vec::new();
-        }
-        self.hand.forward(
-            pose,
-            &mut self.scratch,
-            &mut self.contacts,
-            &mut self.spheres,
-        );
-        (0..self.spheres.len())
-            .map(|i| self.spheres.get(i).into())
-            .collect()
+    fn begin_look_up(&mut self) {
+        self.queries.clear();
+        self.asked.clear();
+    }
+
+    fn ask(&mut self, number: usize, at: Vector3<f64>, seen: Option<(Vector3<f64>, f64)>) {
+        self.queries.push(Query { at, seen });
+        self.asked.push(number as u32);
+    }
+
+    fn look_up(&mut self) {
+        (self.field).look_up(&self.queries, &mut self.look_up, &mut self.answers);
     }
 
     fn overlaps(&self, placement: &Placement) -> Vec<Overlap> {
-        if placement.spheres.is_empty() {
+        if self.intersection_factor == 0.0 {
             return Vec::new();
         }
         let spheres = self.hand.collision_spheres();
-        let overlap = |&[first, second]: &[u32; 2]| {
-            let (first, second) = (first as usize, second as usize);
-            let between = placement.spheres[first] - placement.spheres[second];
-            let depth = spheres.radius[first] + spheres.radius[second] - between.norm();
+        let centers = &placement.hand.spheres;
+        let overlap = |&pair: &[u32; 2]| {
+            let [first, second] = pair.map(|sphere| sphere as usize);
+            let between = centers[first] - centers[second];
+            let reach = spheres.radius[first] + spheres.radius[second];
+            if between.norm_squared() >= reach * reach {
+                return None;
+            }
             // No direction parts concentric spheres.
             let direction = between.try_normalize(0.0)?;
+            let depth = reach - between.norm();
             (depth > 0.0).then_some(Overlap {
-                pair: [first, second],
+                pair,
                 depth,
                 direction,
             })
@@ -181,17 +266,16 @@ impl<'a> PoseCost<'a> {
 
     /// The cost of a pose, placed.
     pub(super) fn value(&self, pose: &HandPose, placement: &Placement, cost: &SkinCost) -> f64 {
-        let points = placement.distance.iter().zip(&placement.facing);
-        let skin: f64 = points.map(|(&d, &facing)| cost.value(d, facing)).sum();
+        let in_reach = (placement.skin.iter()).filter(|point| cost.reaches(point.distance));
+        let skin: f64 = in_reach.map(|p| cost.value(p.distance, p.facing)).sum();
         let joints = pose.articulation.iter().zip(&self.posture);
         let posture: f64 = joints
             .map(|(value, (relaxed, weight))| weight * (value - relaxed).powi(2))
             .sum();
         let overlaps = self.overlaps(placement);
         let overlap: f64 = overlaps.iter().map(|o| o.depth * o.depth).sum();
-        let core: f64 = (placement.balls.iter())
-            .map(|ball| cost.core_value(ball.lack))
-            .sum();
+        let cut = placement.balls.iter().filter(|ball| ball.lack > 0.0);
+        let core: f64 = cut.map(|ball| cost.core_value(ball.lack)).sum();
         skin + core + posture + self.intersection_factor * overlap
     }
 
@@ -203,80 +287,41 @@ impl<'a> PoseCost<'a> {
         placement: &Placement,
         cost: &SkinCost,
     ) -> (DMatrix<f64>, DVector<f64>) {
-        // (point, slope, weight) of those that matter.
-        let points = placement.distance.iter().zip(&placement.facing).enumerate();
-        let active: Vec<(usize, f64, f64)> = points
-            .filter_map(|(point, (&distance, &facing))| {
-                let (slope, weight) = cost.slope_and_weight(distance, facing);
-                (weight > 0.0).then_some((point, slope, weight))
-            })
-            .collect();
-        let overlaps = self.overlaps(placement);
-        let unknowns = 6 + pose.articulation.len();
-        let mut by_pose = DMatrix::<f64>::zeros(unknowns, active.len());
-        let origin = Vector3::from(pose.translation);
-        for (mut row, &(point, ..)) in by_pose.column_iter_mut().zip(&active) {
-            let normal = placement.normal[point];
-            row.fixed_rows_mut::<3>(0).copy_from(&normal);
-            let lever = placement.positions[point] - origin;
-            row.fixed_rows_mut::<3>(3).copy_from(&lever.cross(&normal));
-        }
-        // (ball, slope and weight by the distance of its centre) of those that something has gone into.
-        let cut: Vec<(&Ball, f64, f64)> = (placement.balls.iter())
-            .filter_map(|ball| {
-                let (slope, weight) = cost.core_slope_and_weight(ball.lack);
-                (weight > 0.0).then_some((ball, slope, weight))
-            })
-            .collect();
-        let mut core_by_pose = DMatrix::<f64>::zeros(unknowns, cut.len());
-        for (mut row, &(ball, ..)) in core_by_pose.column_iter_mut().zip(&cut) {
-            row.fixed_rows_mut::<3>(0).copy_from(&ball.normal);
-            let lever = ball.center - origin;
-            row.fixed_rows_mut::<3>(3)
-                .copy_from(&lever.cross(&ball.normal));
-        }
-        // A hand moved as a whole overlaps itself as before.
-        let mut overlap_by_pose = DMatrix::<f64>::zeros(unknowns, overlaps.len());
-        let mut moved = pose.clone();
-        for joint in 0..pose.articulation.len() {
-            moved.articulation[joint] += DIFFERENCE;
-            let surface = self.hand.surface(&moved);
-            for (column, &(point, ..)) in active.iter().enumerate() {
-                let change = self.skin.position(&surface, point) - placement.positions[point];
-                by_pose[(6 + joint, column)] = change.dot(&placement.normal[point]) / DIFFERENCE;
+        self.pulls.clear();
+        self.terms.clear();
+        for (number, point) in placement.skin.iter().enumerate() {
+            let (slope, weight) = cost.slope_and_weight(point.distance, point.facing);
+            if weight > 0.0 {
+                self.pulls.push(self.skin.pull(number, &point.normal));
+                self.terms.push((slope, weight));
             }
-            for (column, &(ball, ..)) in cut.iter().enumerate() {
-                let change = self.core.center(&surface, ball.number) - ball.center;
-                core_by_pose[(6 + joint, column)] = change.dot(&ball.normal) / DIFFERENCE;
-            }
-            if !overlaps.is_empty() {
-                let centers = self.sphere_centers(&moved);
-                let change = |sphere: usize| centers[sphere] - placement.spheres[sphere];
-                for (column, overlap) in overlaps.iter().enumerate() {
-                    let [first, second] = overlap.pair;
-                    let parting = (change(first) - change(second)).dot(&overlap.direction);
-                    overlap_by_pose[(6 + joint, column)] = -parting / DIFFERENCE;
-                }
-            }
-            moved.articulation[joint] = pose.articulation[joint];
         }
-
-        let mut matrix = DMatrix::<f64>::zeros(unknowns, unknowns);
-        let mut gradient = DVector::<f64>::zeros(unknowns);
-        for (row, &(_, slope, weight)) in by_pose.column_iter().zip(&active) {
-            matrix.syger(weight, &row, &row, 1.0);
-            gradient.axpy(slope, &row, 1.0);
-        }
-        for (row, &(_, slope, weight)) in core_by_pose.column_iter().zip(&cut) {
-            matrix.syger(weight, &row, &row, 1.0);
-            gradient.axpy(slope, &row, 1.0);
+        for (number, ball) in placement.balls.iter().enumerate() {
+            let (slope, weight) = cost.core_slope_and_weight(ball.lack);
+            if weight > 0.0 {
+                let vertices = &placement.hand.vertices;
+                self.pulls
+                    .push(self.core.pull(vertices, number, &ball.normal));
+                self.terms.push((slope, weight));
+            }
         }
         let factor = 2.0 * self.intersection_factor;
-        for (row, overlap) in overlap_by_pose.column_iter().zip(&overlaps) {
-            matrix.syger(factor, &row, &row, 1.0);
-            gradient.axpy(factor * overlap.depth, &row, 1.0);
+        for overlap in self.overlaps(placement) {
+            let [first, second] = overlap.pair.map(HandPoint::Sphere);
+            let apart = Vec3::from(overlap.direction);
+            self.pulls.push(Pull {
+                points: [(first, apart), (second, -apart), (first, Vec3::zero())],
+            });
+            // The depth falls as they part.
+            self.terms.push((-factor * overlap.depth, factor));
         }
-        matrix.fill_upper_triangle_with_lower_triangle();
+        self.hand
+            .pull_rows(pose, &placement.hand, &self.pulls, &mut self.rows);
+        self.matrix.clear();
+        for (row, &(slope, weight)) in self.rows.iter().zip(&self.terms) {
+            self.matrix.add(&row, slope, weight);
+        }
+        let (mut matrix, mut gradient) = self.matrix.finish();
         for (joint, (value, (relaxed, weight))) in
             pose.articulation.iter().zip(&self.posture).enumerate()
         {
@@ -285,4 +330,10 @@ impl<'a> PoseCost<'a> {
         }
         (matrix, gradient)
     }
+}
+
+/// Whether a point that was by `margin` beyond some distance still is, after moving from one place to another.
+#[inline]
+fn is_beyond(margin: f64, from: &Vector3<f64>, to: &Vector3<f64>) -> bool {
+    margin > 0.0 && (to - from).norm_squared() * (STEEPEST * STEEPEST) < margin * margin
 }

@@ -10,8 +10,11 @@ mod cost;
 mod field;
 mod fit;
 mod linearization;
+mod normal_matrix;
 mod settings;
 mod skin;
+#[cfg(test)]
+mod tests;
 
 pub use cost::SkinCost;
 pub use fit::{FittedHand, HandFitter, fit_hand};

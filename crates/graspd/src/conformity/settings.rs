@@ -268,6 +268,15 @@ impl Stage {
         }
     }
 
+    /// Skin farther from the object than this costs nothing at any iteration \[m\].
+    pub(super) fn farthest(&self) -> f64 {
+        let ends = self.reach.map(|reach| {
+            let cost = SkinCost { reach, ..self.cost };
+            cost.farthest()
+        });
+        ends[0].max(ends[1])
+    }
+
     /// The cost at an iteration.
     pub(super) fn cost(&self, iteration: usize) -> SkinCost {
         let share = iteration as f64 / (self.iterations.max(2) - 1) as f64;

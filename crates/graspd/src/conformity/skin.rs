@@ -1,8 +1,9 @@
 //! Points spread evenly over a hand's surface, which follow the hand as it moves.
 
-use graspd_geom::{SignedDistance, TriangleMesh, sample_evenly};
-use graspd_hand::Hand;
+use graspd_geom::{SignedDistance, TriangleMesh, Vec3, sample_evenly};
+use graspd_hand::{Hand, HandPoint, Pull};
 use nalgebra::{Point3, Vector3};
+use rayon::prelude::*;
 
 use crate::GraspError;
 use crate::run::surface_at_rest;
@@ -36,19 +37,24 @@ impl SkinSamples {
     pub fn new(hand: &dyn Hand, count: usize) -> Result<Self, GraspError> {
         let surface = surface_at_rest(hand);
         let solid = SignedDistance::new(&surface)?;
-        let points = sample_evenly(&surface, count, SEED);
+        Ok(Self::on(&surface, &solid, count))
+    }
+
+    /// The same on the surface of the open hand, of which `solid` is the distance.
+    pub(super) fn on(surface: &TriangleMesh, solid: &SignedDistance, count: usize) -> Self {
+        let points = sample_evenly(surface, count, SEED);
         let area = surface.area() / points.len().max(1) as f64;
         let outer = points
-            .iter()
+            .par_iter()
             .filter(|p| !solid.is_inside(&(p.point + p.normal * BURIED_PROBE)));
         let places = outer.map(|p| Place {
             corners: surface.faces[p.face],
             shares: shares(&surface.corners(p.face), &p.point),
         });
-        Ok(Self {
+        Self {
             places: places.collect(),
             area,
-        })
+        }
     }
 
     /// How many points there are.
@@ -64,25 +70,53 @@ impl SkinSamples {
         self.area
     }
 
-    /// Where a point is on the posed surface.
+    /// Where a point is, of the surface's vertices as posed.
     #[inline]
-    pub(super) fn position(&self, surface: &TriangleMesh, point: usize) -> Vector3<f64> {
+    pub(super) fn position(&self, vertices: &[Point3<f64>], point: usize) -> Vector3<f64> {
         let place = &self.places[point];
-        let [a, b, c] = place.corners.map(|v| surface.vertices[v as usize].coords);
+        let [a, b, c] = place.corners.map(|v| vertices[v as usize].coords);
         a * place.shares[0] + b * place.shares[1] + c * place.shares[2]
     }
 
-    /// Where a point is, and the outward unit normal of its face; 0 for a face without an area, which faces nowhere.
-    pub(super) fn point_and_normal(
-        &self,
-        surface: &TriangleMesh,
-        point: usize,
-    ) -> (Vector3<f64>, Vector3<f64>) {
-        let [a, b, c] = self.places[point]
-            .corners
-            .map(|v| surface.vertices[v as usize]);
+    /// The outward unit normal at a point: that of its face, and 0 for a face without an area, which faces nowhere.
+    #[inline]
+    pub(super) fn outward(&self, vertices: &[Point3<f64>], point: usize) -> Vector3<f64> {
+        let [a, b, c] = self.places[point].corners.map(|v| vertices[v as usize]);
         let normal = (b - a).cross(&(c - a)).try_normalize(0.0);
-        (self.position(surface, point), normal.unwrap_or_default())
+        normal.unwrap_or_default()
+    }
+
+    /// A point's movement along a direction.
+    pub(super) fn pull(&self, point: usize, direction: &Vector3<f64>) -> Pull {
+        let Place { corners, shares } = self.places[point];
+        let direction = Vec3::from(*direction);
+        Pull {
+            points: [0, 1, 2].map(|k| (HandPoint::Vertex(corners[k]), direction * shares[k])),
+        }
+    }
+
+    /// The movement along a direction of what is at some height \[m\] above a point, along its outward normal.
+    pub(super) fn pull_above(
+        &self,
+        vertices: &[Point3<f64>],
+        point: usize,
+        height: f64,
+        direction: &Vector3<f64>,
+    ) -> Pull {
+        let mut pull = self.pull(point, direction);
+        let [a, b, c] = self.places[point].corners.map(|v| vertices[v as usize]);
+        let (along, across) = (b - a, c - a);
+        let area = along.cross(&across);
+        let Some(normal) = area.try_normalize(0.0) else {
+            return pull;
+        };
+        // d normal = (I - n n^T) (d along x across + along x d across) / |area|.
+        let lever = (direction - normal * normal.dot(direction)) * (height / area.norm());
+        let (at_b, at_c) = (across.cross(&lever), lever.cross(&along));
+        for ((_, force), more) in (pull.points.iter_mut()).zip([-at_b - at_c, at_b, at_c]) {
+            *force += more.into();
+        }
+        pull
     }
 
     /// Leaves out all points but those of these numbers.

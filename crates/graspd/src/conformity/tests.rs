@@ -1,0 +1,210 @@
+//! What is left out or known already when a hand is placed again, against looking everything up anew.
+
+use graspd_geom::{SdfGrid, SdfSampling, SignedDistance, Vec3, builtin_object};
+use graspd_hand::{Hand, HandPoint, HandPose, PosedHand, Pull, builtin_hand};
+use nalgebra::Vector3;
+use proptest::prelude::*;
+use rand::{Rng, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use std::sync::LazyLock;
+
+use super::core::{HandCore, HandSolids};
+use super::field::{Answer, DistanceField, ExactNearSurface, LookUpScratch, Query};
+use super::linearization::{Placement, PoseCost};
+use super::settings::ConformitySettings;
+use super::skin::SkinSamples;
+use crate::run::surface_at_rest;
+
+/// A mug: thin walls, and inside near outside.
+static MUG: LazyLock<(SignedDistance, SdfGrid)> = LazyLock::new(|| {
+    let mesh = builtin_object("mug").expect("it is built in");
+    let distance = SignedDistance::new(&mesh).expect("it is closed");
+    let grid = SdfGrid::sample(&distance, &SdfSampling::exact(48, 0.01), &|_| {});
+    (distance, grid.expect("the resolution is in range"))
+});
+
+fn random_vector(random: &mut ChaCha8Rng, size: f64) -> Vector3<f64> {
+    Vector3::from_fn(|_, _| random.random_range(-size..size))
+}
+
+fn look_up(field: &dyn DistanceField, queries: &[Query]) -> Vec<Answer> {
+    let mut answers = Vec::new();
+    field.look_up(queries, &mut LookUpScratch::default(), &mut answers);
+    answers
+}
+
+/// Positions are sums of two numbers in single precision; distances and normals are single numbers.
+const SINGLE: f64 = 1e-6;
+/// The same nearest point, found in another order.
+const SAME: f64 = 1e-12;
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(32))]
+
+    #[test]
+    fn eight_at_a_time_the_grid_says_the_same(seed: u64, count in 0..40_usize) {
+        let (_, grid) = &*MUG;
+        let mut random = ChaCha8Rng::seed_from_u64(seed);
+        let queries: Vec<Query> = (0..count)
+            .map(|_| Query { at: random_vector(&mut random, 0.12), seen: None })
+            .collect();
+        let answers = look_up(grid, &queries);
+        prop_assert_eq!(answers.len(), count);
+        for (query, answer) in queries.iter().zip(answers) {
+            let (distance, gradient) = grid.distance_and_gradient(Vec3::from(query.at));
+            prop_assert!((answer.distance - distance).abs() < SINGLE * (1.0 + distance));
+            // Outside the box, too, but at a face of a cell, where the gradient jumps.
+            let off = answer.normal - Vector3::from(gradient.normalize_or_zero());
+            prop_assert!(off.norm() < 1e3 * SINGLE);
+        }
+    }
+
+    #[test]
+    fn what_was_known_of_a_point_changes_nothing(seed: u64) {
+        let (mesh, grid) = &*MUG;
+        let field = ExactNearSurface { grid, mesh, band: 3e-3 };
+        let mut random = ChaCha8Rng::seed_from_u64(seed);
+        let surface = builtin_object("mug").expect("it is built in");
+        let first: Vec<Query> = (0..200)
+            .map(|_| {
+                let vertex = surface.vertices[random.random_range(0..surface.vertices.len())];
+                let at = vertex.coords + random_vector(&mut random, 4e-3);
+                Query { at, seen: None }
+            })
+            .collect();
+        let before = look_up(&field, &first);
+        let (mut known, mut unknown) = (Vec::new(), Vec::new());
+        for (query, answer) in first.iter().zip(&before) {
+            let size = [1e-6, 1e-4, 2e-3][random.random_range(0..3)];
+            let at = query.at + random_vector(&mut random, size);
+            known.push(Query { at, seen: Some((query.at, answer.distance)) });
+            unknown.push(Query { at, seen: None });
+        }
+        for (a, b) in look_up(&field, &known).iter().zip(look_up(&field, &unknown)) {
+            prop_assert!((a.distance - b.distance).abs() < SAME, "{a:?} {b:?}");
+        }
+        for (query, answer) in first.iter().zip(&before) {
+            let exact = mesh.signed_distance(&query.at.into());
+            if exact < 2e-3 {
+                prop_assert!((answer.distance - exact).abs() < SAME, "{answer:?} {exact}");
+            }
+        }
+    }
+}
+
+fn at(hand: &dyn Hand, distance: f64, random: &mut ChaCha8Rng) -> HandPose {
+    let limits = hand.limits().expect("it has limits");
+    HandPose {
+        translation: (random_vector(random, 0.02) + Vector3::new(0.0, 0.0, distance)).into(),
+        rotation: graspd_geom::Quaternion::exp(random_vector(random, 3.0).into()),
+        articulation: limits.iter().map(|limit| limit.sample(random)).collect(),
+    }
+}
+
+fn nearby(pose: &HandPose, size: f64, random: &mut ChaCha8Rng) -> HandPose {
+    let mut moved = pose.clone();
+    moved.translation += random_vector(random, size).into();
+    for value in &mut moved.articulation {
+        *value += random.random_range(-size..size);
+    }
+    moved
+}
+
+#[test]
+fn points_out_of_reach_cost_the_same_as_if_they_were_looked_up() {
+    let settings = ConformitySettings::default();
+    let (mesh, grid) = &*MUG;
+    let exact = ExactNearSurface {
+        grid,
+        mesh,
+        band: 3e-4,
+    };
+    let mut random = ChaCha8Rng::seed_from_u64(5);
+    for name in ["allegro", "human"] {
+        let hand = builtin_hand(name).expect("it is built in");
+        let solids = HandSolids::new(&*hand).unwrap();
+        let skin = SkinSamples::on(&solids.open, &solids.open_distance, 500);
+        let core = HandCore::new(&solids, 500);
+        for field in [grid as &dyn DistanceField, &exact] {
+            let stages = settings.fine_stages(false);
+            let farthest = stages[0].farthest().max(stages[1].farthest());
+            let mut cost_of = PoseCost::new(&*hand, field, &skin, &core, &settings, farthest);
+            let (mut last, mut now) = (Placement::default(), Placement::default());
+            let mut pose = at(&*hand, 0.1, &mut random);
+            cost_of.place(&pose, None, &mut last);
+            for step in 0..20 {
+                pose = nearby(&pose, [1e-2, 1e-3, 1e-4][step % 3], &mut random);
+                cost_of.place(&pose, Some(&last), &mut now);
+                let mut anew = Placement::default();
+                cost_of.place(&pose, None, &mut anew);
+                for stage in &stages {
+                    let cost = stage.cost(step);
+                    let (found, all) = [&now, &anew]
+                        .map(|placement| cost_of.value(&pose, placement, &cost))
+                        .into();
+                    let close = |a: f64, b: f64| (a - b).abs() < 1e-9 * (1.0 + a.abs());
+                    assert!(close(found, all), "{name}: {found} {all}");
+                    let (matrix, gradient) = cost_of.normal_equations(&pose, &now, &cost);
+                    let (all_matrix, all_gradient) = cost_of.normal_equations(&pose, &anew, &cost);
+                    assert!((&matrix - &all_matrix).amax() < 1e-9 * (1.0 + all_matrix.amax()));
+                    assert!((gradient - &all_gradient).amax() < 1e-9 * (1.0 + all_gradient.amax()));
+                }
+                std::mem::swap(&mut last, &mut now);
+            }
+        }
+    }
+}
+
+#[test]
+fn pulls_are_what_points_of_skin_and_balls_move_along() {
+    /// Half width of central differences \[rad\], and what they leave, of distances below 1 m.
+    const STEP: f64 = 1e-6;
+    const DIFFERENCES: f64 = 1e-8;
+    let mut random = ChaCha8Rng::seed_from_u64(6);
+    for name in ["allegro", "human"] {
+        let hand = builtin_hand(name).expect("it is built in");
+        let solids = HandSolids::new(&*hand).unwrap();
+        let skin = SkinSamples::on(&surface_at_rest(&*hand), &solids.open_distance, 100);
+        let core = HandCore::new(&solids, 100);
+        let pose = at(&*hand, 0.0, &mut random);
+        let placed = |pose: &HandPose| {
+            let mut posed = PosedHand::default();
+            hand.place(pose, &mut posed);
+            posed
+        };
+        let (here, joint) = (
+            placed(&pose),
+            random.random_range(0..pose.articulation.len()),
+        );
+        let moved = [-STEP, STEP].map(|step| {
+            let mut moved = pose.clone();
+            moved.articulation[joint] += step;
+            placed(&moved)
+        });
+        let by_pull = |pull: &Pull| {
+            let change = |&(point, force): &(HandPoint, Vec3<f64>)| {
+                (moved[1].position(point) - moved[0].position(point)).dot(force)
+            };
+            pull.points.iter().map(change).sum::<f64>() / (2.0 * STEP)
+        };
+        let direction = random_vector(&mut random, 1.0);
+        for point in 0..skin.len() {
+            let [a, b] = [0, 1].map(|end| skin.position(&moved[end].vertices, point));
+            let change = (b - a).dot(&direction) / (2.0 * STEP);
+            let claimed = by_pull(&skin.pull(point, &direction));
+            assert!(
+                (claimed - change).abs() < DIFFERENCES,
+                "{name}: {claimed} {change}"
+            );
+        }
+        for ball in 0..core.len() {
+            let [a, b] = [0, 1].map(|end| core.center(&moved[end].vertices, ball));
+            let change = (b - a).dot(&direction) / (2.0 * STEP);
+            let claimed = by_pull(&core.pull(&here.vertices, ball, &direction));
+            assert!(
+                (claimed - change).abs() < DIFFERENCES,
+                "{name}: {claimed} {change}"
+            );
+        }
+    }
+}
