@@ -41,13 +41,13 @@ fn hands_from_afar_wrap_the_object_and_stay_within_their_limits() {
     let settings = quick();
     for (hand, least_area) in [(&*HAND as &dyn Hand, 10e-4), (&human, 10e-4)] {
         let fitter = HandFitter::new(hand, &settings).unwrap();
-        // Single starts end anywhere from 3 to 25 cm^2; of several one is good.
-        let mut best_area: f64 = 0.0;
-        for index in 0..4 {
+        // Single starts end anywhere from 3 to 25 cm^2.
+        let mut areas = [0.0; 4];
+        for (index, area) in areas.iter_mut().enumerate() {
             let start = start(hand, index);
             let fitted = fit_hand(hand, CAN.simulated.sdf(), &start, &settings).unwrap();
             let rating = fitter.rating(&fitted);
-            best_area = best_area.max(fitted.contact_area);
+            *area = fitted.contact_area;
             assert!(fitted.deepest < DEEPEST, "{}", fitted.deepest);
             assert!(fitted.cost < 0.0 && fitted.cost <= rating && rating < 0.0);
             assert!(
@@ -60,7 +60,8 @@ fn hands_from_afar_wrap_the_object_and_stay_within_their_limits() {
             let norm = q.w * q.w + q.x * q.x + q.y * q.y + q.z * q.z;
             assert!((norm - 1.0).abs() < 1e-12);
         }
-        assert!(best_area > least_area, "{best_area}");
+        let mean = areas.iter().sum::<f64>() / 4.0;
+        assert!(mean > least_area, "{areas:?}");
     }
 }
 
