@@ -53,7 +53,10 @@ const LAYERS: &[(&str, Allowed)] = &[
     ),
     ("graspd-cli", Allowed::Anything),
     ("graspd-tests", Allowed::Anything),
-    ("xtask", Allowed::Only(&["anyhow", "serde_json"])),
+    (
+        "xtask",
+        Allowed::Only(&["anyhow", "plotters", "serde_json"]),
+    ),
 ];
 
 /// Checks the workspace at `root`.

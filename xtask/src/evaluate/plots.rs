@@ -106,9 +106,9 @@ fn contact(canvas: &Canvas<'_>, runs: &[Evaluation]) -> Result<()> {
     }
     let paper = [(PAPER[1], PAPER[0])].into_iter();
     drawn(chart.draw_series(paper.map(|p| Cross::new(p, 6, BLACK.stroke_width(2)))))?
-        .label("the paper's mean")
+        .label("the paper's mean (voxels counted)")
         .legend(|(x, y)| Cross::new((x + 10, y), 5, BLACK.stroke_width(2)));
-    legend(&mut chart, SeriesLabelPosition::UpperLeft)
+    legend(&mut chart, SeriesLabelPosition::LowerRight)
 }
 
 /// The share of all grasps that move less than so far.
@@ -146,11 +146,12 @@ fn displacement(canvas: &Canvas<'_>, runs: &[Evaluation]) -> Result<()> {
     legend(&mut chart, SeriesLabelPosition::LowerRight)
 }
 
-/// CA/IV of the best two of each object against the time that a grasp takes.
+/// Contact area of the best two of each object against the time that a grasp takes. (CA/IV would favour hands that hardly
+/// touch.)
 fn time(canvas: &Canvas<'_>, runs: &[Evaluation]) -> Result<()> {
     let best_two = SELECTIONS[0];
     let every = SELECTIONS[SELECTIONS.len() - 1];
-    let (seconds, quality) = (column("synthesis_seconds")?, column("ca_over_iv")?);
+    let (seconds, quality) = (column("synthesis_seconds")?, column("contact_area_cm2")?);
     let points: Vec<(f64, f64)> = (runs.iter())
         .map(|run| {
             let seconds = estimate(&run.objects, every, seconds).value;
@@ -161,16 +162,13 @@ fn time(canvas: &Canvas<'_>, runs: &[Evaluation]) -> Result<()> {
     let times = points.iter().map(|p| p.0);
     let least = times.clone().fold(f64::MAX, f64::min);
     let most = times.fold(f64::MIN_POSITIVE, f64::max);
-    let best = points
-        .iter()
-        .map(|p| p.1)
-        .fold(PAPER[0] / PAPER[1], f64::max);
+    let best = points.iter().map(|p| p.1).fold(0.0, f64::max);
     let axes = ((0.5 * least..3.0 * most).log_scale(), 0.0..1.1 * best);
     let mut chart = chart(
         canvas,
         [
             "seconds of one core a grasp, without judging",
-            "CA/IV of the best two of each object [1/cm]",
+            "contact area of the best two of each object [cm²]",
         ],
         axes,
     )?;
