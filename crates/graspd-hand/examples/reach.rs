@@ -4,7 +4,7 @@
 //! `cargo run --release -p graspd-hand --example reach -- [HAND]`: a built-in name or a file; by default `allegro`
 
 use graspd_geom::{Quaternion, Vec3};
-use graspd_hand::{Hand, HandPose, Kinematics, PointBuffer, PoseGradient, load_hand};
+use graspd_hand::{HandPose, PointBuffer, PoseGradient, load_hand};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let name = std::env::args().nth(1).unwrap_or_else(|| "allegro".into());
