@@ -264,7 +264,7 @@ mod tests {
             let (low, high) = xs.fold((f64::MAX, f64::MIN), |(l, h), x| (l.min(x), h.max(x)));
             high - low
         };
-        // The first parameter is the hand's length.
+        // The first parameter is the size of the whole hand: 6 % for each standard deviation.
         let ratio = extent(&*large) / extent(&*usual);
         assert!((1.02..1.3).contains(&ratio), "{ratio}");
     }

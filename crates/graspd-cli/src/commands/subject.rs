@@ -14,6 +14,9 @@ use crate::console::warn;
 /// limits as soft.
 const LIMIT_TOLERANCE: f64 = 0.1;
 
+/// Shape parameters that differ by less are rounded ones \[standard deviations\].
+const SHAPE_TOLERANCE: f64 = 1e-3;
+
 /// Each scale of an object is an object of its own, decomposed and kept in memory.
 const MOST_SCALES: usize = 32;
 
@@ -87,6 +90,7 @@ pub(crate) fn poses_of(
         .collect::<Result<Vec<_>, _>>()
         .with_context(|| file.display().to_string())?;
     let doubts = [
+        records.iter().find_map(|record| other_shape(record, hand)),
         records.iter().find_map(|record| unused_joint(record, hand)),
         records
             .iter()
@@ -101,6 +105,22 @@ pub(crate) fn poses_of(
         );
     }
     Ok(poses)
+}
+
+/// Grasps of a skinned hand tell the shape that it had, which only the run's `run.toml` or a flag gives the loader.
+fn other_shape(record: &GraspRecord, hand: &dyn Hand) -> Option<String> {
+    let recorded = record.mano.as_ref()?.get("shape")?.as_array()?;
+    let own = hand.mano_shape()?;
+    let value = |list: &[f64], k: usize| list.get(k).copied().unwrap_or(0.0);
+    let recorded: Vec<f64> = recorded.iter().filter_map(|x| x.as_f64()).collect();
+    let is_same = (0..recorded.len().max(own.len()))
+        .all(|k| (value(&recorded, k) - value(own, k)).abs() < SHAPE_TOLERANCE);
+    let index = record.index;
+    (!is_same).then(|| {
+        format!(
+            "grasp {index}: made by a hand of the shape {recorded:?}, but this one has {own:?}; give that with --hand-shape, or keep the run's run.toml beside the grasps"
+        )
+    })
 }
 
 fn unused_joint(record: &GraspRecord, hand: &dyn Hand) -> Option<String> {

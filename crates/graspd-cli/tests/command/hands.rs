@@ -112,6 +112,31 @@ fn a_run_with_another_human_hand_is_judged_with_it_again() {
             record["metrics"][metric]
         );
     }
+    // Without the run's description, the records alone tell that it is another hand.
+    let alone = folder.path().join("alone.jsonl");
+    fs::copy(run.join("grasps.jsonl"), &alone).unwrap();
+    let judged = |flags: &[&str]| {
+        let all = [
+            "eval",
+            text(&alone),
+            "--pose-components",
+            "6",
+            "--metrics",
+            "ca",
+        ];
+        let hand = ["--hand", "human"];
+        graspd(
+            all.iter()
+                .chain(&hand)
+                .chain(flags)
+                .copied()
+                .collect::<Vec<_>>(),
+        )
+    };
+    let warned = judged(&[]);
+    assert!(warned.stderr.contains("--hand-shape"), "{}", warned.stderr);
+    let same = judged(&["--hand-shape", "-2,1"]);
+    assert!(!same.stderr.contains("--hand-shape"), "{}", same.stderr);
 }
 
 #[test]
