@@ -4,8 +4,8 @@ use std::collections::HashMap;
 use std::f64::consts::TAU;
 
 use graspd_geom::{
-    GeometryError, PointCloud, PoissonSettings, SurfaceSampler, TriangleMesh, box_mesh, load_mesh,
-    poisson_surface, shared_file, signed_volume, sphere_mesh, topology,
+    GeometryError, PointCloud, PoissonSettings, SurfaceSampler, TriangleMesh, TriangleTree,
+    box_mesh, load_mesh, poisson_surface, shared_file, signed_volume, sphere_mesh, topology,
 };
 use nalgebra::{Isometry3, Point3, Vector3};
 use proptest::prelude::*;
@@ -197,7 +197,7 @@ fn a_moved_cloud_gives_a_moved_surface() {
     assert_manifold(&moved);
     assert!((signed_volume(&moved) / still - 1.0).abs() < 0.01);
     // Other directions of the grid: up to a fifth of a cell.
-    let surface = graspd_geom::TriangleTree::new(&mesh.transformed(&motion)).unwrap();
+    let surface = TriangleTree::new(&mesh.transformed(&motion)).unwrap();
     let mean = moved
         .vertices
         .iter()
@@ -326,11 +326,39 @@ fn the_mug_is_nearer_than_by_the_reference_implementation() {
         .mesh;
     assert_manifold(&mesh);
     let mean_distance = |from: &TriangleMesh, to: &TriangleMesh| {
-        let tree = graspd_geom::TriangleTree::new(to).unwrap();
+        let tree = TriangleTree::new(to).unwrap();
         let points = sampled(from, 5000, 7).points;
         points.iter().map(|p| tree.distance(p)).sum::<f64>() / points.len() as f64
     };
     let chamfer = 0.5 * (mean_distance(&mesh, &mug) + mean_distance(&mug, &mesh));
     // Open3D 0.20 leaves 1.2 mm, this 0.5 mm.
     assert!(chamfer < 0.6e-3, "{chamfer}");
+}
+
+/// Plates that lie between two layers of nodes, so that no node is inside: they were full of holes.
+#[test]
+fn a_wall_thinner_than_a_cell_has_no_holes() {
+    let length = 0.12;
+    let cell = 1.1 * length / 32.0;
+    for thickness in [0.12, 0.25, 0.5, 0.75].map(|part| part * cell) {
+        let mut mesh = box_mesh(Vector3::new(length, length, thickness), 1.0);
+        // The middle of both boxes together is a node: this one ends where the plate's middle is 4.5 cells below it.
+        let (bottom, top) = (0.02, 9.0 * cell + 0.5 * thickness);
+        let mut post = box_mesh(Vector3::new(0.02, 0.02, top - bottom), 1.0);
+        for vertex in &mut post.vertices {
+            vertex.z += 0.5 * (bottom + top);
+        }
+        let count = mesh.vertices.len() as u32;
+        mesh.vertices.extend(post.vertices);
+        (mesh.faces).extend(post.faces.iter().map(|face| face.map(|v| v + count)));
+        let cloud = sampled(&mesh, 200_000, 5);
+        let surface = poisson_surface(&cloud, &settings(5)).unwrap().mesh;
+        assert_manifold(&surface);
+        assert_eq!(topology(&surface).euler_number, 4, "{thickness}");
+        let tree = TriangleTree::new(&surface).unwrap();
+        let farthest = (cloud.points.iter().step_by(37))
+            .map(|p| tree.distance(p))
+            .fold(0.0, f64::max);
+        assert!(farthest < cell, "{thickness}: {farthest}");
+    }
 }

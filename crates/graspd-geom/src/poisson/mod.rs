@@ -12,6 +12,7 @@ mod solve;
 mod splat;
 mod surface;
 mod system;
+mod thin_walls;
 mod transfer;
 
 pub use settings::PoissonSettings;

@@ -18,6 +18,8 @@ pub(super) struct Sample {
     pub(super) area: f64,
     /// The depth whose cells hold as many samples as asked for (not an integer).
     pub(super) spread: f64,
+    /// The value that the function is drawn to at its position.
+    pub(super) target: f64,
 }
 
 /// Where the unit cube lies.
@@ -75,6 +77,7 @@ pub(super) fn merged(samples: &[Sample], depth: u32) -> Vec<Sample> {
                 normal: Vector3::zeros(),
                 count: 0.0,
                 area: 0.0,
+                target: 0.0,
                 ..*first
             };
             for &(_, index) in group {
@@ -85,8 +88,10 @@ pub(super) fn merged(samples: &[Sample], depth: u32) -> Vec<Sample> {
                 sum.normal += one.normal;
                 sum.count += one.count;
                 sum.area += one.area;
+                sum.target += one.count * one.target;
                 sum.spread = sum.spread.max(one.spread);
             }
+            sum.target /= sum.count;
             for axis in 0..3 {
                 let mean = sum.position[axis] / sum.count;
                 // Rounding must not carry a mean over its cell's border.

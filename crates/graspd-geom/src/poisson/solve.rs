@@ -3,9 +3,9 @@
 use rayon::prelude::*;
 
 use super::field::{add_parents, divergence, normal_field};
-use super::octree::{Level, cell_of, cells_across};
+use super::octree::Level;
 use super::samples::{Sample, merged};
-use super::system::System;
+use super::system::{System, add_targets, hats};
 use super::transfer::{prolong, restrict};
 
 /// The coarsest level: 64 cells.
@@ -27,7 +27,7 @@ pub(super) struct Implicit {
 
 impl Implicit {
     /// Solves for the function whose gradient is nearest to the samples' normals and whose values at the samples are
-    /// nearest to 0, level by level.
+    /// nearest to their targets, level by level.
     pub(super) fn new(samples: &[Sample], depth: u32, pull: f64) -> Self {
         let levels: Vec<Level> = (COARSEST..=depth)
             .map(|depth| Level::new(depth, samples))
@@ -67,9 +67,10 @@ impl Implicit {
             let cloud = clouds.pop().unwrap_or_default();
             let system = System::new(level, &cloud, pull);
             let scale = 1.0 / level.width();
-            let whole: Vec<f64> = (divergence(level, &field).iter().zip(&right[index]))
+            let mut whole: Vec<f64> = (divergence(level, &field).iter().zip(&right[index]))
                 .map(|(coarse, fine)| scale * (coarse + fine))
                 .collect();
+            add_targets(level, &cloud, pull, &mut whole);
             let mut solution = match values.last() {
                 Some(coarse) => prolong(level, &levels[index - 1], coarse),
                 None => vec![0.0; level.nodes.len()],
@@ -88,14 +89,10 @@ impl Implicit {
     /// The value at a point of the unit cube of the function that levels up to one make.
     pub(super) fn at_or_above(&self, finest: usize, position: &[f64; 3]) -> f64 {
         for (level, values) in self.levels.iter().zip(&self.values).take(finest + 1).rev() {
-            let cell = position.map(|x| cell_of(x, level.depth));
+            let (cell, hat) = hats(level, position);
             if level.cells.find(cell[2], cell[1], cell[0] as u32).is_none() {
                 continue;
             }
-            let hat: [[f64; 2]; 3] = std::array::from_fn(|axis| {
-                let t = position[axis] * cells_across(level.depth) as f64 - (cell[axis] - 1) as f64;
-                [1.0 - t, t]
-            });
             let mut sum = 0.0;
             for (dz, dy) in [(0, 0), (0, 1), (1, 0), (1, 1)] {
                 if let Some(node) = level.nodes.find(cell[2] + dz, cell[1] + dy, cell[0] as u32) {
@@ -109,15 +106,19 @@ impl Implicit {
         0.0
     }
 
-    /// The mean value at the samples, weighted by their areas: the surface is where the function has it.
+    /// By how much the values at the samples are above their targets, a mean weighted by areas: the surface is where the
+    /// function has this value.
     pub(super) fn mean_at(&self, samples: &[Sample]) -> f64 {
         let values: Vec<f64> = samples
             .par_iter()
             .map(|sample| self.at(&sample.position))
             .collect();
-        let (sum, area) = (samples.iter().zip(&values))
-            .fold((0.0, 0.0), |(sum, area), (sample, value)| {
-                (sum + sample.area * value, area + sample.area)
+        let (sum, area) =
+            (samples.iter().zip(&values)).fold((0.0, 0.0), |(sum, area), (sample, value)| {
+                (
+                    sum + sample.area * (value - sample.target),
+                    area + sample.area,
+                )
             });
         sum / area
     }

@@ -9,6 +9,7 @@ use super::octree::Level;
 use super::samples::{Cube, Sample, merged};
 use super::settings::PoissonSettings;
 use super::solve::{FINER, Implicit};
+use super::thin_walls;
 use crate::{GeometryError, PointCloud, TriangleMesh};
 
 /// Memory for each square of a cell's side on the surface \[bytes\]: about 5.5 cells around it with their field, nodes,
@@ -28,7 +29,7 @@ pub struct PoissonSurface {
     pub mesh: TriangleMesh,
     /// How many points per area of surface there are around each vertex \[1/m^2\]; 0 far from all.
     pub density: Vec<f64>,
-    /// The value of the implicit function on the surface: its mean at the points, inside about -0.5, outside 0.5.
+    /// The value of the implicit function on the surface: its mean at the points (less their targets), inside about -0.5, outside 0.5.
     pub isovalue: f64,
 }
 
@@ -59,10 +60,10 @@ impl PoissonSurface {
 /// The surface is where a function chi, on an octree refined around the points, has its mean value at the points;
 /// chi minimises
 ///
-///   integral |grad chi - V|^2 + (weight / cell side) * sum over points of area * chi(point)^2,
+///   integral |grad chi - V|^2 + (weight / cell side) * sum over points of area * (chi(point) - target)^2,
 ///
 /// V being the points' normals, each times the area of surface that the point stands for, spread over cells with about
-/// one point each. The basis is trilinear; the border of the cube is free (Neumann). Levels are solved from the
+/// one point each; the target is 0, or slightly inside where the wall is thinner than a cell. The basis is trilinear; the border of the cube is free (Neumann). Levels are solved from the
 /// coarsest to the finest, each by conjugate gradients from the one before: around the points they need 10 to
 /// 30 iterations at any depth, where a factorisation would fill in. The mesh is always closed: where the
 /// surface would leave the cube, it is cut off along its faces.
@@ -78,7 +79,8 @@ impl PoissonSurface {
 ///
 /// # Source
 /// Kazhdan and Hoppe, "Screened Poisson surface reconstruction", ACM Transactions on Graphics 32 (2013). Differences:
-/// a point's density counts only neighbours that look the same way, so that thin walls keep their full weight.
+/// a point's density counts only neighbours that look the same way, so that thin walls keep their full weight;
+/// targets other than 0.
 pub fn poisson_surface(
     cloud: &PointCloud,
     settings: &PoissonSettings,
@@ -100,6 +102,7 @@ pub fn poisson_surface(
         settings.samples_per_cell,
     );
     require_memory(&samples, settings)?;
+    thin_walls::aim(&mut samples, settings.depth);
 
     let implicit = Implicit::new(&samples, settings.depth, settings.point_weight);
     let isovalue = implicit.mean_at(&samples);
@@ -139,6 +142,7 @@ fn oriented(cloud: &PointCloud, cube: &Cube) -> Vec<Sample> {
                 count: 1.0,
                 area: 0.0,
                 spread: 0.0,
+                target: 0.0,
             })
         })
         .collect()

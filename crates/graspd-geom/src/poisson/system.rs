@@ -234,11 +234,7 @@ fn add_sample(
     sample: &Sample,
     weight: f64,
 ) {
-    let cell = sample.position.map(|x| cell_of(x, level.depth));
-    let hat: [[f64; 2]; 3] = std::array::from_fn(|axis| {
-        let t = sample.position[axis] * cells_across(level.depth) as f64 - (cell[axis] - 1) as f64;
-        [1.0 - t, t]
-    });
+    let (cell, hat) = hats(level, &sample.position);
     let corner_z = z - cell[2];
     for corner in 0..4 {
         let (cy, cx) = (corner / 2, corner % 2);
@@ -251,6 +247,33 @@ fn add_sample(
             let (oz, oy, ox) = (other / 4, other / 2 % 2, other % 2);
             let k = 9 * (oz + 1 - corner_z) + 3 * (oy + 1 - cy) + (ox + 1 - cx);
             row[k] += own * hat[2][oz] * hat[1][oy] * hat[0][ox];
+        }
+    }
+}
+
+/// The cell of a position, and the hat functions of its two nodes along each axis there.
+pub(super) fn hats(level: &Level, position: &[f64; 3]) -> ([usize; 3], [[f64; 2]; 3]) {
+    let cell = position.map(|x| cell_of(x, level.depth));
+    let hat = std::array::from_fn(|axis| {
+        let t = position[axis] * cells_across(level.depth) as f64 - (cell[axis] - 1) as f64;
+        [1.0 - t, t]
+    });
+    (cell, hat)
+}
+
+/// Adds to the right-hand side of a level's [`System`] what it owes to samples whose target is not 0.
+pub(super) fn add_targets(level: &Level, samples: &[Sample], pull: f64, right: &mut [f64]) {
+    let weight = pull / (level.width() * level.width());
+    for sample in samples.iter().filter(|sample| sample.target != 0.0) {
+        let (cell, hat) = hats(level, &sample.position);
+        let own = weight * sample.area * sample.target;
+        for (dz, dy) in [(0, 0), (0, 1), (1, 0), (1, 1)] {
+            // Every cell with a sample is there, hence its nodes.
+            if let Some(node) = level.nodes.find(cell[2] + dz, cell[1] + dy, cell[0] as u32) {
+                for dx in 0..2 {
+                    right[node + dx] += own * hat[2][dz] * hat[1][dy] * hat[0][dx];
+                }
+            }
         }
     }
 }
