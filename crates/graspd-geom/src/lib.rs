@@ -76,7 +76,7 @@ pub use rgbd::{
     standing_on_table,
 };
 pub use rigid::{Mat3, Quaternion, Rigid, Vec3};
-pub use sampling::{SurfacePoint, SurfaceSampler, sample_evenly};
+pub use sampling::{SurfacePoint, SurfaceSampler, sample_by_sequence, sample_evenly};
 pub use sdf::{SdfGrid, SdfSampling};
 pub use shapes::{box_mesh, capsule_mesh, cylinder_mesh, sphere_mesh};
 #[cfg(feature = "testing")]

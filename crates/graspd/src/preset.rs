@@ -177,7 +177,7 @@ impl SynthesisSettings {
                 coarse_samples: 400,
                 fine_samples: 2000,
                 core_samples: [400, 4000],
-                dense_samples: 20_000,
+                dense_samples: [20_000, 60_000],
                 coarse_iterations: [20, 15],
                 fine_iterations: [35, 15],
                 ..ConformitySettings::default()

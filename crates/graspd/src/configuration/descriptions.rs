@@ -79,6 +79,7 @@ const PARAMETERS: &[(&str, &str, &str)] = &[
         "iterations",
         OWN,
     ),
+    ("settings.conformity.retreat_iterations", "iterations", OWN),
     ("settings.conformity.deepest", "m", OWN),
     ("settings.conformity.rigid_deepest", "m", OWN),
     ("settings.conformity.limit_weight", "", OWN),

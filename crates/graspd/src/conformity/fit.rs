@@ -15,8 +15,8 @@ use crate::GraspError;
 const NEAR: f64 = 2e-3;
 /// The projection takes distances below this from the mesh \[m\].
 const EXACT: f64 = 3e-4;
-/// Depths up to this many times those asked for will do.
-const EXCESS: f64 = 1.1;
+/// Depths up to this much beyond those asked for will do \[m\].
+const SLACK: f64 = 2e-4;
 /// No step moves the base farther \[m\].
 const MOST_TRANSLATION: f64 = 0.01;
 /// No step turns the base farther \[rad\].
@@ -74,9 +74,12 @@ impl<'a> HandFitter<'a> {
         let skin = |count: usize| SkinSamples::on(&solids.open, &solids.open_distance, count);
         let core = |count: usize| HandCore::new(&solids, count);
         let [few, many] = settings.core_samples;
-        // The dense samples take the longest, by far.
         let (dense, ((coarse, fine), (coarse_core, fine_core))) = rayon::join(
-            || skin(settings.dense_samples),
+            || {
+                let [soft, rigid] = settings.dense_samples;
+                let count = if is_rigid(hand) { rigid } else { soft };
+                SkinSamples::dense_on(&solids.open, &solids.open_distance, count)
+            },
             || {
                 rayon::join(
                     || (skin(settings.coarse_samples), skin(settings.fine_samples)),
@@ -95,9 +98,8 @@ impl<'a> HandFitter<'a> {
         })
     }
 
-    /// Whether the hand has no soft skin.
     fn is_rigid(&self) -> bool {
-        self.hand.mano_shape().is_none()
+        is_rigid(self.hand)
     }
 
     /// How promising a fit is, least first: its cost, discounted if it presses from one side only, from where a
@@ -119,7 +121,7 @@ impl<'a> HandFitter<'a> {
 
     /// Whether no sampled skin is much deeper than the projection is to leave it.
     pub fn is_shallow(&self, fitted: &FittedHand) -> bool {
-        fitted.deepest <= EXCESS * self.settings.deepest_of(self.is_rigid())
+        fitted.deepest <= self.settings.deepest_of(self.is_rigid()) + SLACK
     }
 
     /// Brings the hand to the object from a start some way off, with few points of its skin.
@@ -135,7 +137,8 @@ impl<'a> HandFitter<'a> {
     }
 
     /// Pushes out what is deeper than allowed, with many points of the skin near the object and its mesh itself, whose
-    /// edges a grid rounds; what touches is kept.
+    /// edges a grid rounds; what touches is kept. Where that leaves some too deep, the hand retreats from there with no
+    /// regard for what touches.
     pub fn project(&self, sdf: &SdfGrid, mesh: &SignedDistance, start: &HandPose) -> FittedHand {
         let vertices = self.hand.surface(start).vertices;
         let query = |point| Query {
@@ -152,8 +155,15 @@ impl<'a> HandFitter<'a> {
             mesh,
             band: EXACT,
         };
-        let stages = self.settings.projection_stages(self.is_rigid());
-        self.run(&field, &near, &self.fine_core, &stages, start)
+        let [projection, retreat] = self.settings.projection_stages(self.is_rigid());
+        let skin = |stage: Stage, start: &HandPose| {
+            self.run(&field, &near, &self.fine_core, &[stage], start)
+        };
+        let projected = skin(projection, start);
+        if projected.deepest <= self.settings.deepest_of(self.is_rigid()) {
+            return projected;
+        }
+        skin(retreat, &projected.pose)
     }
 
     /// Runs the stages one after the other.
@@ -211,6 +221,11 @@ impl<'a> HandFitter<'a> {
         }
         fitted(skin, pose, &placement, last)
     }
+}
+
+/// Whether a hand has no soft skin.
+fn is_rigid(hand: &dyn Hand) -> bool {
+    hand.mano_shape().is_none()
 }
 
 fn fitted(skin: &SkinSamples, pose: HandPose, placement: &Placement, cost: f64) -> FittedHand {

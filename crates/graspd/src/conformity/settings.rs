@@ -22,14 +22,17 @@ pub struct ConformitySettings {
     pub fine_samples: usize,
     /// Balls inside the hand by which a wall is noticed that has cut into it, in coarse fits and afterwards.
     pub core_samples: [usize; 2],
-    /// Points of the hand's skin in the projection; only those near the object count.
-    pub dense_samples: usize,
+    /// Points of the hand's skin in the projection, of soft skin and of rigid links: between points of these, edges of
+    /// the object come in deeper. Only those near the object count, and all vertices come on top.
+    pub dense_samples: [usize; 2],
     /// Iterations of the coarse fit: from afar, and close to the surface.
     pub coarse_iterations: [usize; 2],
     /// Iterations of the final fit: drawing skin in, and then pushing out what is too deep.
     pub fine_iterations: [usize; 2],
     /// Iterations of the projection.
     pub projection_iterations: usize,
+    /// Iterations in which a hand retreats that the projection has left deeper than `deepest`.
+    pub retreat_iterations: usize,
     /// Points farther from touching than about this are hardly drawn in any more: at the start of a coarse fit, at the
     /// end of its first part, at its end, at the start of the final fit, and at its end; falls exponentially.
     pub reach: [f64; 5],
@@ -69,10 +72,11 @@ impl Default for ConformitySettings {
             coarse_samples: 800,
             fine_samples: 5000,
             core_samples: [800, 6000],
-            dense_samples: 40_000,
+            dense_samples: [40_000, 100_000],
             coarse_iterations: [30, 20],
             fine_iterations: [40, 20],
             projection_iterations: 10,
+            retreat_iterations: 20,
             reach: [5e-2, 5e-3, 1.5e-3, 2e-3, 8e-4],
             depth: 1.5e-4,
             most_depth: 1.7e-3,
@@ -88,6 +92,11 @@ impl Default for ConformitySettings {
         }
     }
 }
+
+/// How many times as much depth beyond the limit and walls in the core cost in a retreat.
+const RETREAT: f64 = 30.0;
+/// No reach is shorter \[m\].
+const LEAST_REACH: f64 = 1e-5;
 
 /// More points than any skin needs: at 10^5 they lie under a millimetre apart.
 const MOST_SAMPLES: usize = 100_000;
@@ -115,10 +124,12 @@ impl ConformitySettings {
             check(field, count as f64, count >= 1, "at least 1")?;
         }
         let [coarse_core, fine_core] = self.core_samples;
+        let [soft_dense, rigid_dense] = self.dense_samples;
         for (field, samples) in [
             ("conformity.coarse_samples", self.coarse_samples),
             ("conformity.fine_samples", self.fine_samples),
-            ("conformity.dense_samples", self.dense_samples),
+            ("conformity.dense_samples", soft_dense),
+            ("conformity.dense_samples", rigid_dense),
             ("conformity.core_samples", coarse_core),
             ("conformity.core_samples", fine_core),
         ] {
@@ -208,14 +219,24 @@ impl ConformitySettings {
         ]
     }
 
-    /// The stage of the projection.
-    pub(super) fn projection_stages(&self, is_rigid: bool) -> [Stage; 1] {
-        let end = self.reach[4];
-        let cost = SkinCost {
-            limit_factor: self.factor(self.limit_weight),
-            ..self.cost(is_rigid, self.deep_weights[3], self.core_weights[3])
+    /// The stages of the projection: one that keeps what touches, and one for where that leaves some too deep.
+    pub(super) fn projection_stages(&self, is_rigid: bool) -> [Stage; 2] {
+        let stage = |iterations, reach: f64, times: f64| {
+            let cost = SkinCost {
+                limit_factor: self.factor(times * self.limit_weight),
+                ..self.cost(is_rigid, self.deep_weights[3], times * self.core_weights[3])
+            };
+            Stage::new(iterations, [reach, reach], cost)
         };
-        [Stage::new(self.projection_iterations, [end, end], cost)]
+        [
+            stage(self.projection_iterations, self.reach[4], 1.0),
+            // Hardly any skin is drawn in from so near.
+            stage(
+                self.retreat_iterations,
+                self.depth.max(LEAST_REACH),
+                RETREAT,
+            ),
+        ]
     }
 
     /// The depth that the projection is to leave at most \[m\].

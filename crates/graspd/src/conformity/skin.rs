@@ -1,6 +1,8 @@
 //! Points spread evenly over a hand's surface, which follow the hand as it moves.
 
-use graspd_geom::{SignedDistance, TriangleMesh, Vec3, sample_evenly};
+use graspd_geom::{
+    SignedDistance, SurfacePoint, TriangleMesh, Vec3, sample_by_sequence, sample_evenly,
+};
 use graspd_hand::{Hand, HandPoint, Pull};
 use nalgebra::{Point3, Vector3};
 use rayon::prelude::*;
@@ -42,8 +44,18 @@ impl SkinSamples {
 
     /// The same on the surface of the open hand, of which `solid` is the distance.
     pub(super) fn on(surface: &TriangleMesh, solid: &SignedDistance, count: usize) -> Self {
-        let points = sample_evenly(surface, count, SEED);
-        let area = surface.area() / points.len().max(1) as f64;
+        Self::of(surface, solid, &sample_evenly(surface, count, SEED))
+    }
+
+    /// About `count` points, less even, and all vertices: where a hand digs in first.
+    pub(super) fn dense_on(surface: &TriangleMesh, solid: &SignedDistance, count: usize) -> Self {
+        let mut skin = Self::of(surface, solid, &sample_by_sequence(surface, count));
+        skin.add_vertices(surface, solid);
+        skin
+    }
+
+    /// Those of `points` that are not buried; each stands for the same part of the area of them all.
+    fn of(surface: &TriangleMesh, solid: &SignedDistance, points: &[SurfacePoint]) -> Self {
         let outer = points
             .par_iter()
             .filter(|p| !solid.is_inside(&(p.point + p.normal * BURIED_PROBE)));
@@ -53,7 +65,30 @@ impl SkinSamples {
         });
         Self {
             places: places.collect(),
-            area,
+            area: surface.area() / points.len().max(1) as f64,
+        }
+    }
+
+    /// Adds the vertices that are not buried, each as a corner of its first face that has an area.
+    fn add_vertices(&mut self, surface: &TriangleMesh, solid: &SignedDistance) {
+        let mut is_new = vec![true; surface.vertices.len()];
+        for (index, face) in surface.faces.iter().enumerate() {
+            let Some(normal) = surface.area_vector(index).try_normalize(0.0) else {
+                continue;
+            };
+            for (corner, &vertex) in face.iter().enumerate() {
+                let vertex = vertex as usize;
+                if std::mem::replace(&mut is_new[vertex], false)
+                    && !solid.is_inside(&(surface.vertices[vertex] + normal * BURIED_PROBE))
+                {
+                    let mut shares = [0.0; 3];
+                    shares[corner] = 1.0;
+                    self.places.push(Place {
+                        corners: *face,
+                        shares,
+                    });
+                }
+            }
         }
     }
 

@@ -17,7 +17,7 @@ fn quick() -> ConformitySettings {
         coarse_samples: 300,
         fine_samples: 600,
         core_samples: [300, 700],
-        dense_samples: 20_000,
+        dense_samples: [20_000, 20_000],
         ..ConformitySettings::default()
     }
 }
@@ -96,6 +96,7 @@ fn the_projection_bounds_the_depth_and_keeps_the_contact() {
     let sdf = CAN.simulated.sdf();
     let idle = ConformitySettings {
         projection_iterations: 0,
+        retreat_iterations: 0,
         ..settings.clone()
     };
     let idle = HandFitter::new(&*HAND, &idle).unwrap();
@@ -329,6 +330,7 @@ fn grasps_of_the_default_preset_do_not_depend_on_threads() {
         conformity: Some(ConformitySettings {
             candidates: 4,
             projection_iterations,
+            retreat_iterations: projection_iterations,
             ..quick()
         }),
         ..SynthesisSettings::default().with_steps(50)
