@@ -102,11 +102,14 @@ pub fn anneal(
         observe(step);
         let k = FIRST_STEP + USUAL_STEPS * step as f64 / steps as f64;
         let temperature = INITIAL_TEMPERATURE * (-COOLING * k.powf(1.0 / COOLING_DIMENSIONS)).exp();
-        let next = neighborhood.neighbor(&state, temperature, rng);
-        probe.place(&pose_of(&next));
-        if probe.enters(&checked) || probe.overlap() > overlap_at_start + settings.contact_depth {
-            continue;
-        }
+        let allowed = (0..settings.attempts).find_map(|_| {
+            let next = neighborhood.neighbor(&state, temperature, rng);
+            probe.place(&pose_of(&next));
+            let is_allowed = !probe.enters(&checked)
+                && probe.overlap() <= overlap_at_start + settings.contact_depth;
+            is_allowed.then_some(next)
+        });
+        let Some(next) = allowed else { continue };
         let next_energy = energy_of.of(&probe);
         let rise = next_energy - energy;
         if rise > 0.0 && rng.random::<f64>() >= (-rise / (ACCEPTED_RISE * temperature)).exp() {

@@ -14,6 +14,8 @@ pub struct AnnealingSettings {
     pub virtual_contacts: usize,
     /// Points of the hand that must not enter the object while the search goes on.
     pub checked_points: usize,
+    /// How many neighbours are drawn in each step until one is allowed; GraspIt!: 11.
+    pub attempts: usize,
     /// What a contact that faces at right angles to the object costs, as a distance \[m\]; GraspIt!: 0.05.
     pub alignment: f64,
     /// How far from the object the base's position is searched, beyond its largest radius \[m\].
@@ -36,6 +38,7 @@ impl Default for AnnealingSettings {
             amplitudes: 2,
             virtual_contacts: 40,
             checked_points: 600,
+            attempts: 11,
             alignment: 0.05,
             reach: 0.25,
             kept: 10,
@@ -67,6 +70,7 @@ impl AnnealingSettings {
         for (field, count) in [
             ("annealing.virtual_contacts", self.virtual_contacts),
             ("annealing.checked_points", self.checked_points),
+            ("annealing.attempts", self.attempts),
             ("annealing.kept", self.kept),
         ] {
             if count == 0 {

@@ -97,6 +97,7 @@ const PARAMETERS: &[(&str, &str, &str)] = &[
     ("settings.annealing.amplitudes", "", EVALUATION),
     ("settings.annealing.virtual_contacts", "points", EVALUATION),
     ("settings.annealing.checked_points", "points", EVALUATION),
+    ("settings.annealing.attempts", "neighbours", EVALUATION),
     ("settings.annealing.alignment", "m", EVALUATION),
     ("settings.annealing.reach", "m", EVALUATION),
     ("settings.annealing.kept", "states", EVALUATION),
