@@ -1,4 +1,4 @@
-//! Simulation displacement: how far the object moves in an independent physics engine while the hand is fixed.
+//! Simulation displacement: how far the object moves under independent physics while the hand is fixed.
 
 mod body;
 mod climbing;
@@ -29,5 +29,5 @@ pub use decomposition::{DecompositionSettings, ObjectPieces};
 pub use exchange::{SimulationAnswer, SimulationJob, convex_parts};
 pub use piece::ConvexPiece;
 pub use protocol::{DisplacementSettings, ObjectMotion, SIX_DIRECTIONS, SixDisplacements};
-pub use simulation::{DynamicObject, FixedHand, simulate, simulate_six_directions};
 pub use shake::{ShakeOutcome, ShakeSettings, shake};
+pub use simulation::{DynamicObject, FixedHand, simulate, simulate_six_directions};

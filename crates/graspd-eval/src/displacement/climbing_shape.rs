@@ -26,7 +26,8 @@ impl RayCast for ClimbingPolyhedron {
         max_time_of_impact: f64,
         solid: bool,
     ) -> Option<RayIntersection> {
-        self.polyhedron().cast_local_ray_and_get_normal(ray, max_time_of_impact, solid)
+        self.polyhedron()
+            .cast_local_ray_and_get_normal(ray, max_time_of_impact, solid)
     }
 }
 
@@ -41,7 +42,9 @@ impl Shape for ClimbingPolyhedron {
         Box::new(self.clone())
     }
     fn scale_dyn(&self, scale: Vector, _num_subdivisions: u32) -> Option<Box<dyn Shape>> {
-        Some(Box::new(Self::new(self.polyhedron().clone().scaled(scale)?)))
+        Some(Box::new(Self::new(
+            self.polyhedron().clone().scaled(scale)?,
+        )))
     }
     fn compute_aabb(&self, position: &Pose) -> Aabb {
         self.bounds_at(position)

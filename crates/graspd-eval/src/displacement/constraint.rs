@@ -88,13 +88,17 @@ impl NormalPart {
         self.push.apply(self.impulse, velocity);
     }
 
-    /// Solves it alone; the change of its impulse, without sign.
+    /// Solves it alone.
     #[inline(always)]
-    pub(super) fn solve(&mut self, velocity: &mut Velocity) -> f64 {
+    pub(super) fn solve(&mut self, velocity: &mut Velocity) {
         let speed = self.push.speed(velocity) + self.target;
         let next = self.impulse - self.mass * speed;
-        let next = if next > 0.0 { self.softness * next } else { 0.0 };
-        self.change_to(next, velocity)
+        let next = if next > 0.0 {
+            self.softness * next
+        } else {
+            0.0
+        };
+        self.change_to(next, velocity);
     }
 
     /// Makes it leave at `speed` if it has borne a load: a bounce.
@@ -105,14 +109,12 @@ impl NormalPart {
     }
 
     #[inline(always)]
-    fn change_to(&mut self, next: f64, velocity: &mut Velocity) -> f64 {
+    fn change_to(&mut self, next: f64, velocity: &mut Velocity) {
         let change = next - self.impulse;
-        if change == 0.0 {
-            return 0.0;
+        if change != 0.0 {
+            self.impulse = next;
+            self.push.apply(change, velocity);
         }
-        self.impulse = next;
-        self.push.apply(change, velocity);
-        change.abs()
     }
 }
 
@@ -154,15 +156,9 @@ impl Coupling {
         self.alone = [1.0 / k_aa, 1.0 / k_bb];
     }
 
-    /// Finds impulses x, y >= 0 such that each point is either without load and not too slow, or just as fast as it should be;
-    /// the larger change of the two, without sign.
+    /// Finds impulses x, y >= 0 such that each point is either without load and not too slow, or just as fast as it should be.
     #[inline(always)]
-    pub(super) fn solve(
-        &self,
-        a: &mut NormalPart,
-        b: &mut NormalPart,
-        velocity: &mut Velocity,
-    ) -> f64 {
+    pub(super) fn solve(&self, a: &mut NormalPart, b: &mut NormalPart, velocity: &mut Velocity) {
         let [k_aa, k_ab, k_bb] = self.inverse_masses;
         // What is missing without the impulses so far.
         let missing_a = (a.target - k_aa * a.impulse - k_ab * b.impulse) + a.push.speed(velocity);
@@ -183,17 +179,16 @@ impl Coupling {
             } else if y >= 0.0 && missing_a + k_ab * y >= 0.0 {
                 (0.0, y)
             } else {
-                return 0.0;
+                return;
             }
         };
         let (change_a, change_b) = (x - a.impulse, y - b.impulse);
         if change_a == 0.0 && change_b == 0.0 {
-            return 0.0;
+            return;
         }
         (a.impulse, b.impulse) = (x, y);
         velocity.linear += a.push.direction * (change_a + change_b);
         velocity.angular += a.push.spin * change_a + b.push.spin * change_b;
-        change_a.abs().max(change_b.abs())
     }
 }
 

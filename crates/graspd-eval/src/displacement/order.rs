@@ -1,8 +1,8 @@
 //! In which order contacts are solved.
 //!
-//! One pass after another over the contacts of a hand that presses hard does not converge in 15 iterations, so that where the object ends depends on
-//! the order by a few hundredths of a centimetre. It is therefore the engine's that the equations are from: the pieces in the order in which its tree of
-//! boxes meets them, each getting one of 128 colours as long as it has contacts; then by colour the first patch of each piece, and then all others.
+//! Where a hand presses hard, 15 passes over the contacts do not converge, and where the object ends depends on their order by a few
+//! hundredths of a centimetre. The order is therefore that of the engine whose equations these are: pieces as its tree of boxes meets
+//! them, each with one of 128 colours as long as it has contacts; then by colour the first patch of each piece, and then all others.
 //!
 //! # Source
 //! rapier 0.36: its broad phase, the colouring of its contact graph, and its grouping of what is left over.
@@ -105,7 +105,12 @@ impl SolvingOrder {
                 colored[*color as usize] = Some(piece);
             }
         }
-        into.extend(colored.iter().flatten().filter_map(|piece| solved(*piece).next()));
+        into.extend(
+            colored
+                .iter()
+                .flatten()
+                .filter_map(|piece| solved(*piece).next()),
+        );
         let start = into.len();
         for piece in self.pieces.iter().map(|piece| *piece as usize) {
             let first = usize::from(self.places[piece] != Place::Late);

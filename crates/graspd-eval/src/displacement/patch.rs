@@ -247,9 +247,8 @@ fn settled(candidate: &Candidate, normal: Vector, body: &Body, old: &[Patch]) ->
     let place = body.center + body.rotation * on_object;
     let offset = (place - candidate.on_hand).dot(normal) - candidate.distance;
     let middle = (candidate.on_hand + normal * offset + place) * 0.5;
-    let predecessor = (candidate.heir_of).map_or(NO_POINT, |(patch, point)| {
-        old[patch].points[point]
-    });
+    let predecessor =
+        (candidate.heir_of).map_or(NO_POINT, |(patch, point)| old[patch].points[point]);
     PatchPoint {
         on_hand: candidate.on_hand,
         on_object,
@@ -327,7 +326,11 @@ pub(super) fn tangents(normal: Vector) -> [Vector; 2] {
     let a = -1.0 / (sign + normal.z);
     let b = normal.x * normal.y * a;
     [
-        Vector::new(1.0 + sign * normal.x * normal.x * a, sign * b, -sign * normal.x),
+        Vector::new(
+            1.0 + sign * normal.x * normal.x * a,
+            sign * b,
+            -sign * normal.x,
+        ),
         Vector::new(b, sign + normal.y * normal.y * a, -normal.y),
     ]
 }

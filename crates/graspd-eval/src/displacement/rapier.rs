@@ -3,15 +3,17 @@
 use nalgebra::{Point3, Vector3};
 use rapier3d_f64::math::{Matrix, Vector};
 use rapier3d_f64::prelude::{
-    BroadPhaseBvh, CoefficientCombineRule, ColliderBuilder, ColliderSet,
-    FrictionModel, IntegrationParameters, IslandManager, MassProperties, NarrowPhase, PhysicsWorld,
+    BroadPhaseBvh, CoefficientCombineRule, ColliderBuilder, ColliderSet, FrictionModel,
+    IntegrationParameters, IslandManager, MassProperties, NarrowPhase, PhysicsWorld,
     RigidBodyBuilder, RigidBodyHandle, RigidBodySet, SharedShape,
 };
 
 use super::climbing::ClimbingPolyhedron;
 use super::protocol::{DisplacementSettings, ObjectMotion};
 use super::search::RECYCLE_DISTANCE;
-use super::simulation::{DynamicObject, FixedHand, LEAST_PREDICTION, MOST_PREDICTION, PREDICTED_STEPS, SUBSTEPS};
+use super::simulation::{
+    DynamicObject, FixedHand, LEAST_PREDICTION, MOST_PREDICTION, PREDICTED_STEPS, SUBSTEPS,
+};
 use crate::EvaluationError;
 
 /// What rapier takes as one metre \[m\]: scales the fastest push-out of a penetration, to 0.3 m/s.
@@ -119,7 +121,11 @@ impl Scene {
     }
 
     /// Lets the object go for so many steps.
-    pub(super) fn simulate(&self, direction: [f64; 3], steps: usize) -> Result<ObjectMotion, EvaluationError> {
+    pub(super) fn simulate(
+        &self,
+        direction: [f64; 3],
+        steps: usize,
+    ) -> Result<ObjectMotion, EvaluationError> {
         let mut fall = self.let_go(direction);
         for _ in 0..steps {
             fall.step()?;

@@ -1,7 +1,8 @@
 //! The search for contacts between the pieces of an object and the triangles of a hand.
 //!
-//! A piece keeps the triangles about it. Those found too far away, or in front of the whole piece's way out, are not looked at again before the object has
-//! moved as far as that takes; and while it has moved less than a quarter of a millimetre nothing is, but the contacts follow its motion.
+//! A piece keeps the triangles about it. Those found too far away, or to face away from the whole piece, are not looked at again before
+//! the object has moved as far as that takes; and while it has moved less than a quarter of a millimetre none is, but the contacts
+//! follow its motion.
 //!
 //! # Source
 //! When contacts are sought anew: rapier 0.36 (its contact recycling). Contact points: parry.
@@ -97,11 +98,6 @@ pub(super) struct SearchScratch {
 }
 
 impl Touch {
-    /// The box about the piece at a pose.
-    pub(super) fn bounds_at(&self, pose: &Pose) -> Aabb {
-        self.piece.bounds_at(pose)
-    }
-
     pub(super) fn new(piece: Arc<ClimbingPolyhedron>, hand: &HandSurface) -> Self {
         let bounds = piece.bounds();
         let own = bounds.mins.length().max(bounds.maxs.length());
@@ -115,13 +111,18 @@ impl Touch {
         }
     }
 
+    /// The box about the piece at a pose.
+    pub(super) fn bounds_at(&self, pose: &Pose) -> Aabb {
+        self.piece.bounds_at(pose)
+    }
+
     /// Whether there are contacts to be solved.
     pub(super) fn has_contacts(&self) -> bool {
         self.patches.iter().any(Patch::is_solved)
     }
 
-    /// Finds the contacts up to `prediction` \[m\] ahead, unless the present ones may follow the object. `travel` is how far any point of the object may have
-    /// moved up to now, all along its way \[m\], and `step` the time step \[s\].
+    /// Finds the contacts up to `prediction` \[m\] ahead, unless the present ones may follow the object. `travel` is how far any
+    /// point of the object may have moved up to now, all along its way \[m\], and `step` the time step \[s\].
     pub(super) fn update(
         &mut self,
         hand: &HandSurface,
@@ -129,7 +130,7 @@ impl Touch {
         [travel, prediction, step]: [f64; 3],
         scratch: &mut SearchScratch,
     ) {
-        let pose = Pose::IDENTITY.inv_mul(&body.pose());
+        let pose = body.pose();
         if (self.frozen).is_some_and(|frozen| frozen.still_holds(&pose, self.extent)) {
             return;
         }
@@ -142,7 +143,9 @@ impl Touch {
         }
         let manifolds = self.near.iter().map(|near| &near.manifold);
         let patches = &mut self.patches;
-        scratch.maker.make(manifolds, body, prediction, step, patches);
+        scratch
+            .maker
+            .make(manifolds, body, prediction, step, patches);
         let most_drift = if !patches.iter().any(Patch::is_solved) {
             RECYCLE_DISTANCE.min(prediction)
         } else {
@@ -156,7 +159,7 @@ impl Touch {
         std::mem::swap(&mut self.near, old);
         let margin = bounds.extents() * MARGIN;
         self.gathered = Aabb::new(bounds.mins - margin, bounds.maxs + margin);
-        // The tree's order is none of numbers, and some are forgotten; so it is in parry, and contacts would begin anew elsewhere.
+        // The order is the tree's and not that of the numbers, so that some are forgotten: as in parry, whose contacts these are.
         let mut known = old.drain(..).peekable();
         for triangle in hand.mesh.bvh().intersect_aabb(&self.gathered) {
             if triangle as usize >= hand.triangles.len() {

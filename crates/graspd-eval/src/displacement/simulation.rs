@@ -1,7 +1,7 @@
 //! The displacement protocol: an object of convex pieces, let go beside a fixed hand.
 //!
-//! Contacts come from parry, the library of shapes below the engine rapier, and are solved by rapier's equations in an arrangement of our own for the one case there is here:
-//! one body that moves, against a hand that does not ([`solver`](super::solver)). Tests compare it with that engine.
+//! Contacts come from parry, the library of shapes below the engine rapier, and are solved by rapier's equations, arranged for the one
+//! case there is here: one body that moves, against a hand that does not. A test compares steps with the engine's own.
 //!
 //! What is chosen here, beyond the protocol:
 //! * The hand is one fixed triangle mesh whose contact normals are kept within the cone of the neighbouring faces'
@@ -214,7 +214,11 @@ impl Scene {
     }
 
     /// Lets the object go for so many steps.
-    pub(super) fn simulate(&self, direction: [f64; 3], steps: usize) -> Result<ObjectMotion, EvaluationError> {
+    pub(super) fn simulate(
+        &self,
+        direction: [f64; 3],
+        steps: usize,
+    ) -> Result<ObjectMotion, EvaluationError> {
         let mut fall = self.let_go(direction);
         for _ in 0..steps {
             fall.step()?;
@@ -260,7 +264,8 @@ impl Fall {
         Ok(())
     }
 
-    pub(super) fn find_contacts(&mut self) {
+    /// Finds the contacts where the object is, and in which order they are solved.
+    fn find_contacts(&mut self) {
         let ahead = (PREDICTED_STEPS * self.fastest_speed() * self.settings.step)
             .clamp(LEAST_PREDICTION, MOST_PREDICTION);
         let lengths = [self.travel, ahead, self.settings.step];
@@ -272,13 +277,19 @@ impl Fall {
         self.order.write(touches, &mut self.solved);
     }
 
+    /// Moves the object by a step under the contacts found.
     fn solve_contacts(&mut self) {
         let (solver, body, settings) = (&mut self.solver, &mut self.body, &self.settings);
         let touches = &mut self.touches;
         let inverse_inertia = body.inverse_inertia_in_world();
         solver.clear();
         for &[piece, patch] in &self.solved {
-            solver.add(&touches[piece].patches[patch], body, &inverse_inertia, settings);
+            solver.add(
+                &touches[piece].patches[patch],
+                body,
+                &inverse_inertia,
+                settings,
+            );
         }
         let (center, rotation) = (body.center, body.rotation);
         solver.solve(body, self.gravity, settings);
