@@ -7,12 +7,14 @@ mod climbing_shape;
 mod constraint;
 mod decomposition;
 mod exchange;
+mod fall;
 mod order;
 mod patch;
 mod piece;
 mod protocol;
 #[cfg(test)]
 mod rapier;
+mod reduction;
 mod search;
 mod separation;
 mod shake;

@@ -57,7 +57,7 @@ impl Body {
     }
 
     /// A point of the object, given in its frame, from the centre of mass, along the object's axes.
-    pub(super) fn from_center(&self, point: Vector) -> Vector {
+    pub(super) fn offset_from_center(&self, point: Vector) -> Vector {
         point - self.center_in_object
     }
 

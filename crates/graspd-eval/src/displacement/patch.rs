@@ -11,13 +11,12 @@ use parry3d_f64::math::Vector;
 use parry3d_f64::query::ContactManifold;
 
 use super::body::Body;
+use super::reduction::{Candidate, Cluster, MOST_POINTS, reduced};
 
 /// Cosine of the angle up to which normals are one (5.1 degrees).
 const SAME_NORMAL: f64 = 0.996;
 /// Points closer than this part of the prediction distance are one.
 const SAME_POINT: f64 = 0.25;
-/// So many points of a patch are solved.
-const MOST_POINTS: usize = 4;
 /// So many are kept: points that are not solved keep what they have borne, until they are again or others take it over.
 const MOST_KEPT: usize = 12;
 
@@ -83,23 +82,6 @@ impl Patch {
     pub(super) fn points_mut(&mut self) -> &mut [PatchPoint] {
         &mut self.points[..self.kept as usize]
     }
-}
-
-/// A point of a triangle's contacts, and what it takes over.
-#[derive(Clone, Copy)]
-struct Candidate {
-    on_hand: Vector,
-    /// In the object's frame.
-    on_object: Vector,
-    distance: f64,
-    /// Patch and point of it that it takes over from.
-    heir_of: Option<(usize, usize)>,
-}
-
-#[derive(Default)]
-struct Cluster {
-    normal: Vector,
-    points: Vec<Candidate>,
 }
 
 /// Makes patches; kept, so that it need not allocate each time.
@@ -243,7 +225,7 @@ const NO_POINT: PatchPoint = PatchPoint {
 
 /// A candidate as a point, with the impulses of the one that it takes over from.
 fn settled(candidate: &Candidate, normal: Vector, body: &Body, old: &[Patch]) -> PatchPoint {
-    let on_object = body.from_center(candidate.on_object);
+    let on_object = body.offset_from_center(candidate.on_object);
     let place = body.center + body.rotation * on_object;
     let offset = (place - candidate.on_hand).dot(normal) - candidate.distance;
     let middle = (candidate.on_hand + normal * offset + place) * 0.5;
@@ -256,81 +238,4 @@ fn settled(candidate: &Candidate, normal: Vector, body: &Body, old: &[Patch]) ->
         arm: middle - body.center,
         ..predecessor
     }
-}
-
-/// Which points stand for all: the deepest, the one farthest from it, and those farthest to either side of the line through both. In
-/// the order of their places.
-fn reduced(cluster: &Cluster, prediction: f64) -> [Option<usize>; MOST_POINTS] {
-    let points = &cluster.points;
-    let mut chosen = [None; MOST_POINTS];
-    if points.len() <= MOST_POINTS {
-        for (index, slot) in chosen.iter_mut().enumerate().take(points.len()) {
-            *slot = Some(index);
-        }
-    } else {
-        choose(cluster, prediction, &mut chosen);
-    }
-    let along = tangents(cluster.normal);
-    let key = |index: &Option<usize>| {
-        index.map(|index| along.map(|tangent| points[index].on_hand.dot(tangent)))
-    };
-    // Empty ones last.
-    chosen.sort_by(|a, b| match (key(a), key(b)) {
-        (Some([a, b]), Some([c, d])) => a.total_cmp(&c).then(b.total_cmp(&d)),
-        (a, b) => a.is_none().cmp(&b.is_none()),
-    });
-    chosen
-}
-
-fn choose(cluster: &Cluster, prediction: f64, chosen: &mut [Option<usize>; MOST_POINTS]) {
-    let points = &cluster.points;
-    // The first of the least.
-    let least = |cost: &dyn Fn(usize) -> f64, without: [Option<usize>; 2]| {
-        let mut best: Option<(f64, usize)> = None;
-        for (index, point) in points.iter().enumerate() {
-            let is_allowed = without == [None; 2]
-                || !without.contains(&Some(index)) && point.distance <= prediction;
-            if is_allowed && best.is_none_or(|(least, _)| cost(index) < least) {
-                best = Some((cost(index), index));
-            }
-        }
-        best.map(|(_, index)| index)
-    };
-    let Some(deepest) = least(&|index| points[index].distance, [None; 2]) else {
-        return;
-    };
-    chosen[0] = Some(deepest);
-    let start = points[deepest].on_hand;
-    let nearness = |index: usize| -(points[index].on_hand - start).length_squared();
-    let Some(farthest) = least(&nearness, [Some(deepest), None]) else {
-        return;
-    };
-    let line = points[farthest].on_hand - start;
-    if line == Vector::ZERO {
-        return;
-    }
-    chosen[1] = Some(farthest);
-    let across = line.cross(cluster.normal);
-    let side = |index: usize| (points[index].on_hand - start).dot(across);
-    let ends = [Some(deepest), Some(farthest)];
-    chosen[2] = least(&side, ends);
-    chosen[3] = least(&|index| -side(index), ends).filter(|index| Some(*index) != chosen[2]);
-}
-
-/// Two unit vectors that make a right-handed frame with a unit normal.
-///
-/// # Source
-/// T. Duff et al., "Building an orthonormal basis, revisited", JCGT 2017.
-pub(super) fn tangents(normal: Vector) -> [Vector; 2] {
-    let sign = 1.0f64.copysign(normal.z);
-    let a = -1.0 / (sign + normal.z);
-    let b = normal.x * normal.y * a;
-    [
-        Vector::new(
-            1.0 + sign * normal.x * normal.x * a,
-            sign * b,
-            -sign * normal.x,
-        ),
-        Vector::new(b, sign + normal.y * normal.y * a, -normal.y),
-    ]
 }

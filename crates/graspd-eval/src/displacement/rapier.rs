@@ -9,11 +9,10 @@ use rapier3d_f64::prelude::{
 };
 
 use super::climbing::ClimbingPolyhedron;
+use super::fall::{LEAST_PREDICTION, MOST_PREDICTION, PREDICTED_STEPS, SUBSTEPS};
 use super::protocol::{DisplacementSettings, ObjectMotion};
 use super::search::RECYCLE_DISTANCE;
-use super::simulation::{
-    DynamicObject, FixedHand, LEAST_PREDICTION, MOST_PREDICTION, PREDICTED_STEPS, SUBSTEPS,
-};
+use super::simulation::{DynamicObject, FixedHand};
 use crate::EvaluationError;
 
 /// What rapier takes as one metre \[m\]: scales the fastest push-out of a penetration, to 0.3 m/s.

@@ -4,8 +4,8 @@ use nalgebra::{Matrix3, Point3, Vector3};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
+use super::fall::Scene;
 use super::rapier;
-use super::simulation::Scene;
 use super::{ConvexPiece, DisplacementSettings, DynamicObject, FixedHand, ObjectPieces};
 use crate::test_shapes::{box_mesh, sphere_mesh, together};
 

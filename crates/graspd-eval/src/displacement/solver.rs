@@ -14,7 +14,8 @@ use parry3d_f64::math::{Matrix, Vector};
 
 use super::body::{Body, Velocity};
 use super::constraint::{Coupling, FrictionPart, NormalPart, Push};
-use super::patch::{Patch, tangents};
+use super::patch::Patch;
+use super::reduction::tangents;
 
 /// Of contacts as springs: natural frequency \[rad/s\] and damping ratio.
 const FREQUENCY: f64 = 60.0 * std::f64::consts::TAU;
