@@ -32,7 +32,7 @@ const CONFINED: &[Confined] = &[
     Confined {
         word: "rapier3d_f64",
         places: &["crates/graspd-eval/src/displacement/"],
-        reason: "only the judge's physics uses it",
+        reason: "only the judge's physics is compared with it",
     },
 ];
 

@@ -1,15 +1,29 @@
-//! Simulation displacement: how far the object moves in an independent physics engine while the hand is fixed.
+//! Simulation displacement: how far the object moves under independent physics while the hand is fixed.
 
+mod body;
 mod climbing;
+#[cfg(test)]
+mod climbing_shape;
+mod constraint;
 mod decomposition;
 mod exchange;
+mod fall;
+mod order;
+mod patch;
 mod piece;
 mod protocol;
+#[cfg(test)]
 mod rapier;
+mod reduction;
+mod search;
 mod separation;
 mod shake;
+mod simulation;
+mod solver;
 mod stored;
 
+#[cfg(test)]
+mod rapier_tests;
 #[cfg(test)]
 mod tests;
 
@@ -17,5 +31,5 @@ pub use decomposition::{DecompositionSettings, ObjectPieces};
 pub use exchange::{SimulationAnswer, SimulationJob, convex_parts};
 pub use piece::ConvexPiece;
 pub use protocol::{DisplacementSettings, ObjectMotion, SIX_DIRECTIONS, SixDisplacements};
-pub use rapier::{DynamicObject, FixedHand, simulate, simulate_six_directions};
 pub use shake::{ShakeOutcome, ShakeSettings, shake};
+pub use simulation::{DynamicObject, FixedHand, simulate, simulate_six_directions};

@@ -4,14 +4,9 @@
 //! each time. Here a table over directions names a vertex near the answer, and the climb along the edges from there
 //! ends after a few steps; on a convex body no vertex but the farthest has only lower neighbours.
 
-use parry3d_f64::bounding_volume::{Aabb, BoundingSphere};
-use parry3d_f64::mass_properties::MassProperties;
+use parry3d_f64::bounding_volume::Aabb;
 use parry3d_f64::math::{Pose, Vector};
-use parry3d_f64::query::{PointProjection, PointQuery, Ray, RayCast, RayIntersection};
-use parry3d_f64::shape::{
-    ConvexPolyhedron, FeatureId, PolygonalFeature, PolygonalFeatureMap, Shape, ShapeType,
-    SupportMap, TypedShape,
-};
+use parry3d_f64::shape::{ConvexPolyhedron, PolygonalFeature, PolygonalFeatureMap, SupportMap};
 
 /// Cells along each side of the cube of directions.
 const CELLS: usize = 6;
@@ -154,12 +149,32 @@ impl ClimbingPolyhedron {
             .collect();
     }
 
-    /// Whether all of the points are more than `distance` beyond one of the sides of the box about it.
-    pub(super) fn is_beyond_box(&self, points: &[Vector; 3], distance: f64) -> bool {
+    /// The most by which all of the points are beyond one of the sides of the box about it; negative where none is so for all.
+    pub(super) fn gap_to_box(&self, points: &[Vector; 3]) -> f64 {
         let [a, b, c] = *points;
         let (low, high) = (a.min(b).min(c), a.max(b).max(c));
         let gap = (low - self.bounds.maxs).max(self.bounds.mins - high);
-        gap.max_element() > distance
+        gap.max_element()
+    }
+
+    /// As the library knows it.
+    #[cfg(test)]
+    pub(super) fn polyhedron(&self) -> &ConvexPolyhedron {
+        &self.polyhedron
+    }
+
+    /// The box about it in its own frame.
+    pub(super) fn bounds(&self) -> &Aabb {
+        &self.bounds
+    }
+
+    /// The box about it at a pose.
+    pub(super) fn bounds_at(&self, pose: &Pose) -> Aabb {
+        let extents = [Vector::X, Vector::Y, Vector::Z]
+            .map(|axis| self.extent_along(pose.rotation.inverse() * axis));
+        let low = Vector::from(extents.map(|(low, _)| low));
+        let high = Vector::from(extents.map(|(_, high)| high));
+        Aabb::new(low + pose.translation, high + pose.translation)
     }
 
     /// The smallest and the largest component of any of its points along a direction.
@@ -308,76 +323,10 @@ impl PolygonalFeatureMap for ClimbingPolyhedron {
     }
 }
 
-impl PointQuery for ClimbingPolyhedron {
-    fn project_local_point(&self, point: Vector, solid: bool) -> PointProjection {
-        self.polyhedron.project_local_point(point, solid)
-    }
-    fn project_local_point_and_get_feature(&self, point: Vector) -> (PointProjection, FeatureId) {
-        self.polyhedron.project_local_point_and_get_feature(point)
-    }
-}
-
-impl RayCast for ClimbingPolyhedron {
-    fn cast_local_ray_and_get_normal(
-        &self,
-        ray: &Ray,
-        max_time_of_impact: f64,
-        solid: bool,
-    ) -> Option<RayIntersection> {
-        self.polyhedron
-            .cast_local_ray_and_get_normal(ray, max_time_of_impact, solid)
-    }
-}
-
-impl Shape for ClimbingPolyhedron {
-    fn compute_local_aabb(&self) -> Aabb {
-        self.polyhedron.compute_local_aabb()
-    }
-    fn compute_local_bounding_sphere(&self) -> BoundingSphere {
-        self.polyhedron.compute_local_bounding_sphere()
-    }
-    fn clone_dyn(&self) -> Box<dyn Shape> {
-        Box::new(self.clone())
-    }
-    fn scale_dyn(&self, scale: Vector, _num_subdivisions: u32) -> Option<Box<dyn Shape>> {
-        Some(Box::new(Self::new(self.polyhedron.clone().scaled(scale)?)))
-    }
-    fn compute_aabb(&self, position: &Pose) -> Aabb {
-        let extents = [Vector::X, Vector::Y, Vector::Z]
-            .map(|axis| self.extent_along(position.rotation.inverse() * axis));
-        let low = Vector::from(extents.map(|(low, _)| low));
-        let high = Vector::from(extents.map(|(_, high)| high));
-        Aabb::new(low + position.translation, high + position.translation)
-    }
-    fn mass_properties(&self, density: f64) -> MassProperties {
-        self.polyhedron.mass_properties(density)
-    }
-    fn shape_type(&self) -> ShapeType {
-        ShapeType::Custom
-    }
-    fn as_typed_shape(&self) -> TypedShape<'_> {
-        TypedShape::Custom(self)
-    }
-    fn ccd_thickness(&self) -> f64 {
-        self.polyhedron.ccd_thickness()
-    }
-    fn ccd_angular_thickness(&self) -> f64 {
-        self.polyhedron.ccd_angular_thickness()
-    }
-    fn is_convex(&self) -> bool {
-        true
-    }
-    fn as_support_map(&self) -> Option<&dyn SupportMap> {
-        Some(self)
-    }
-    fn as_polygonal_feature_map(&self) -> Option<(&dyn PolygonalFeatureMap, f64)> {
-        Some((self, 0.0))
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use parry3d_f64::shape::Shape;
     use proptest::prelude::*;
 
     proptest! {
@@ -400,7 +349,7 @@ mod tests {
             }
             let [a, b, c, x, y, z] = motion;
             let pose = Pose::new(Vector::new(a, b, c), Vector::new(x, y, z));
-            let (expected, found) = (plain.compute_aabb(&pose), climbing.compute_aabb(&pose));
+            let (expected, found) = (plain.compute_aabb(&pose), climbing.bounds_at(&pose));
             prop_assert!((expected.mins - found.mins).length() < 1e-13);
             prop_assert!((expected.maxs - found.maxs).length() < 1e-13);
         }

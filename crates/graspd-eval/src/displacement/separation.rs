@@ -9,39 +9,17 @@
 //! # Source
 //! The test for edges: D. Gregorius, "The separating axis test between convex polyhedra", Game Developers Conference 2013.
 
-use std::sync::Arc;
-
-use parry3d_f64::math::{Pose, Real, Vector};
-use parry3d_f64::query::details::{
-    NormalConstraints, ShapeCastOptions, ShapeDistance, ShapeIntersection,
-};
-use parry3d_f64::query::{
-    ClosestPoints, Contact, ContactManifold, ContactManifoldsWorkspace, DefaultQueryDispatcher,
-    NonlinearRigidMotion, PersistentQueryDispatcher, QueryDispatcher, ShapeCastHit, Unsupported,
-};
-use parry3d_f64::shape::{Shape, TriMesh};
-use rapier3d_f64::geometry::{ContactData, ContactManifoldData};
+use parry3d_f64::math::Vector;
+use parry3d_f64::shape::TriMesh;
 
 use super::climbing::{Clearing, ClimbingPolyhedron};
 
 /// Lengths that differ by less than this \[m\] are equal but for rounding.
 const ROUNDING: f64 = 1e-9;
 
-/// The engine's own answers, but for triangles that cannot have contacts with a piece.
-pub(super) struct TouchingOnly {
-    /// Of each triangle of the hand, whether the engine drops all contacts through its back.
-    has_no_back: Arc<[bool]>,
-}
-
-impl TouchingOnly {
-    pub(super) fn new(has_no_back: Arc<[bool]>) -> Self {
-        Self { has_no_back }
-    }
-}
-
 /// Of each triangle of a mesh, whether all contacts whose normal points through its back are dropped: not where it meets
 /// another at an edge of less than a right angle, since the normals there are allowed to point a little backwards.
-pub(super) fn triangles_without_back(mesh: &TriMesh) -> Arc<[bool]> {
+pub(super) fn triangles_without_back(mesh: &TriMesh) -> Vec<bool> {
     let has_none = |index| {
         let cone = mesh.triangle_normal_constraints(index);
         cone.is_some_and(|cone| {
@@ -52,94 +30,57 @@ pub(super) fn triangles_without_back(mesh: &TriMesh) -> Arc<[bool]> {
     (0..mesh.num_triangles() as u32).map(has_none).collect()
 }
 
-type Manifold = ContactManifold<ContactManifoldData, ContactData>;
-
-impl PersistentQueryDispatcher<ContactManifoldData, ContactData> for TouchingOnly {
-    fn contact_manifolds(
-        &self,
-        pos12: &Pose,
-        shape1: &dyn Shape,
-        shape2: &dyn Shape,
-        prediction: Real,
-        manifolds: &mut Vec<Manifold>,
-        workspace: &mut Option<ContactManifoldsWorkspace>,
-    ) -> Result<(), Unsupported> {
-        if shape1.as_trimesh().is_none() && shape2.as_trimesh().is_none() {
-            return DefaultQueryDispatcher
-                .contact_manifolds(pos12, shape1, shape2, prediction, manifolds, workspace);
-        }
-        // Asks for each triangle about the other shape here below.
-        parry3d_f64::query::details::contact_manifolds_trimesh_shape_shapes(
-            self, pos12, shape1, shape2, prediction, manifolds, workspace,
-        );
-        Ok(())
-    }
-
-    fn contact_manifold_convex_convex(
-        &self,
-        pos12: &Pose,
-        shape1: &dyn Shape,
-        shape2: &dyn Shape,
-        normal_constraints1: Option<&dyn NormalConstraints>,
-        normal_constraints2: Option<&dyn NormalConstraints>,
-        prediction: Real,
-        manifold: &mut Manifold,
-    ) -> Result<(), Unsupported> {
-        // Contacts that are there already are the engine's to follow or to drop.
-        if manifold.points.is_empty()
-            && let Some(triangle) = shape1.as_triangle()
-            && let Some(piece) = shape2.as_shape::<ClimbingPolyhedron>()
-        {
-            let corners = [triangle.a, triangle.b, triangle.c];
-            let corners = corners.map(|corner| pos12.inverse_transform_point(corner));
-            let has_no_back = self.has_no_back.get(manifold.subshape1 as usize);
-            if cannot_touch(&corners, has_no_back == Some(&true), piece, prediction) {
-                return Ok(());
-            }
-        }
-        DefaultQueryDispatcher.contact_manifold_convex_convex(
-            pos12,
-            shape1,
-            shape2,
-            normal_constraints1,
-            normal_constraints2,
-            prediction,
-            manifold,
-        )
-    }
+/// What is known of a triangle and a piece without a search for contacts.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Verdict {
+    /// There may be contacts.
+    Perhaps,
+    /// There are none.
+    NotNow,
+    /// There are none up to at least this distance \[m\].
+    Apart(f64),
+    /// There are none, however far is looked ahead, unless one of both moves by this \[m\]: the piece is behind the triangle.
+    Behind(f64),
 }
 
 /// Whether a triangle, given in the piece's frame, is farther from the piece than `distance` \[m\] or, if `has_no_back`, the
-/// shortest way to or out of the piece leads through its back. `false` where that is not certain.
-fn cannot_touch(
+/// shortest way to or out of the piece leads through its back.
+pub(super) fn can_touch(
     corners: &[Vector; 3],
     has_no_back: bool,
     piece: &ClimbingPolyhedron,
     distance: f64,
-) -> bool {
+) -> Verdict {
     let distance = distance + ROUNDING;
-    if piece.is_beyond_box(corners, distance) {
-        return true;
+    let apart = |gap: f64| Verdict::Apart(gap - ROUNDING);
+    let gap = piece.gap_to_box(corners);
+    if gap > distance {
+        return apart(gap);
     }
     let &[a, b, c] = corners;
     let Some(normal) = (b - a).cross(c - a).try_normalize() else {
-        return false;
+        return Verdict::Perhaps;
     };
     let height = normal.dot(a);
     let (lowest, highest) = piece.extent_along(normal);
     let (lowest, highest) = (lowest - height, highest - height);
-    if lowest > distance || highest < -distance || (has_no_back && highest < -ROUNDING) {
-        return true;
+    if has_no_back && highest < -ROUNDING {
+        return Verdict::Behind(-highest - ROUNDING);
+    }
+    let gap = lowest.max(-highest);
+    if gap > distance {
+        return apart(gap);
     }
     let Clearing { front, back } = piece.clearing_by_faces(corners, normal, ROUNDING);
     let (mut front, mut back) = (front.min(-lowest), back.min(highest));
-    if front.min(back) < -distance {
-        return true;
+    let gap = -front.min(back);
+    if gap > distance {
+        return apart(gap);
     }
     // Edges may only shorten either way: nothing is to be gained where the one in front is the shorter already.
     let is_clear = front.min(back) < 0.0;
     if !piece.knows_edges() || !is_clear && (!has_no_back || front < back) {
-        return false;
+        return Verdict::Perhaps;
     }
     for (from, to) in [(a, b), (b, c), (c, a)] {
         let outward = (to - from).cross(normal);
@@ -153,84 +94,19 @@ fn cannot_touch(
         });
     }
     let least = front.min(back);
-    least < -distance || has_no_back && least > ROUNDING && back + ROUNDING < front
-}
-
-impl QueryDispatcher for TouchingOnly {
-    fn intersection_test(
-        &self,
-        pos12: &Pose,
-        shape1: &dyn Shape,
-        shape2: &dyn Shape,
-    ) -> Result<ShapeIntersection, Unsupported> {
-        DefaultQueryDispatcher.intersection_test(pos12, shape1, shape2)
-    }
-
-    fn distance(
-        &self,
-        pos12: &Pose,
-        shape1: &dyn Shape,
-        shape2: &dyn Shape,
-    ) -> Result<ShapeDistance, Unsupported> {
-        DefaultQueryDispatcher.distance(pos12, shape1, shape2)
-    }
-
-    fn contact(
-        &self,
-        pos12: &Pose,
-        shape1: &dyn Shape,
-        shape2: &dyn Shape,
-        prediction: Real,
-    ) -> Result<Option<Contact>, Unsupported> {
-        DefaultQueryDispatcher.contact(pos12, shape1, shape2, prediction)
-    }
-
-    fn closest_points(
-        &self,
-        pos12: &Pose,
-        shape1: &dyn Shape,
-        shape2: &dyn Shape,
-        max_dist: Real,
-    ) -> Result<ClosestPoints, Unsupported> {
-        DefaultQueryDispatcher.closest_points(pos12, shape1, shape2, max_dist)
-    }
-
-    fn cast_shapes(
-        &self,
-        pos12: &Pose,
-        local_vel12: Vector,
-        shape1: &dyn Shape,
-        shape2: &dyn Shape,
-        options: ShapeCastOptions,
-    ) -> Result<Option<ShapeCastHit>, Unsupported> {
-        DefaultQueryDispatcher.cast_shapes(pos12, local_vel12, shape1, shape2, options)
-    }
-
-    fn cast_shapes_nonlinear(
-        &self,
-        motion1: &NonlinearRigidMotion,
-        shape1: &dyn Shape,
-        motion2: &NonlinearRigidMotion,
-        shape2: &dyn Shape,
-        start_time: Real,
-        end_time: Real,
-        stop_at_penetration: bool,
-    ) -> Result<Option<ShapeCastHit>, Unsupported> {
-        DefaultQueryDispatcher.cast_shapes_nonlinear(
-            motion1,
-            shape1,
-            motion2,
-            shape2,
-            start_time,
-            end_time,
-            stop_at_penetration,
-        )
+    if -least > distance {
+        apart(-least)
+    } else if has_no_back && least > ROUNDING && back + ROUNDING < front {
+        Verdict::NotNow
+    } else {
+        Verdict::Perhaps
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use parry3d_f64::math::Pose;
     use parry3d_f64::query::details::contact_support_map_support_map;
     use parry3d_f64::shape::{ConvexPolyhedron, Triangle};
     use proptest::prelude::*;
@@ -263,16 +139,21 @@ mod tests {
                 let local = [a, b, c].map(|corner| pos12.inverse_transform_point(corner));
                 let far = contact_support_map_support_map(&pos12, &triangle, &piece, 10.0);
                 let Some(contact) = far else { continue };
-                if cannot_touch(&local, false, &piece, distance) {
-                    prop_assert!(contact.dist > distance - ENGINE, "{}", contact.dist);
+                match can_touch(&local, false, &piece, distance) {
+                    Verdict::Perhaps => {}
+                    Verdict::Apart(gap) => {
+                        prop_assert!(gap > distance - ROUNDING);
+                        prop_assert!(contact.dist > gap - ENGINE, "{} {}", contact.dist, gap);
+                    }
+                    other => prop_assert!(false, "{:?}", other),
                 }
-                if cannot_touch(&local, true, &piece, distance) {
+                if can_touch(&local, true, &piece, distance) != Verdict::Perhaps {
                     let is_behind = contact.normal1.dot(normal) < ENGINE;
                     prop_assert!(contact.dist > distance - ENGINE || is_behind, "{:?}", contact);
                 }
                 // And of what the engine finds far in front of the triangle nothing is kept from it.
                 if contact.dist < distance - ENGINE && contact.normal1.dot(normal) > ENGINE {
-                    prop_assert!(!cannot_touch(&local, true, &piece, distance));
+                    prop_assert_eq!(can_touch(&local, true, &piece, distance), Verdict::Perhaps);
                 }
             }
         }

@@ -11,8 +11,9 @@
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
+use super::fall::Scene;
 use super::protocol::{DisplacementSettings, SIX_DIRECTIONS, check_at_least_zero, check_positive};
-use super::rapier::{DynamicObject, FixedHand, Scene};
+use super::simulation::{DynamicObject, FixedHand};
 use crate::EvaluationError;
 
 /// A body whose points are all slower than this \[m/s\] ...
