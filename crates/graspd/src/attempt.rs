@@ -113,7 +113,8 @@ impl Job<'_> {
             let mut attempt = self.simulate(candidate.pose)?;
             let fitted = fitter.fine(sdf, &attempt.pose);
             let projected = fitter.project(sdf, &self.object.distance, &fitted.pose);
-            let rating = fitter.rating(&projected);
+            let closure = fitter.closure(self.object, &projected)?;
+            let rating = fitter.rating(&projected, closure);
             let is_shallow = fitter.is_shallow(&projected);
             attempt.pose = projected.pose;
             attempt.seconds = seconds();
@@ -143,14 +144,16 @@ impl Job<'_> {
         let fit = |candidate: usize| {
             let started = Instant::now();
             let fitted = fitter.coarse(sdf, &self.start(first.saturating_add(candidate))?);
-            Ok((fitted, started.elapsed().as_secs_f64()))
+            let rating = fitter.rating(&fitted, fitter.closure(self.object, &fitted)?);
+            Ok(((rating, fitted), started.elapsed().as_secs_f64()))
         };
         let fitted = (0..fitter.candidates()).into_par_iter().map(fit);
-        let (mut fitted, seconds): (Vec<FittedHand>, Vec<f64>) = fitted
+        let (mut fitted, seconds): (Vec<(f64, FittedHand)>, Vec<f64>) = fitted
             .collect::<Result<Vec<_>, GraspError>>()?
             .into_iter()
             .unzip();
-        fitted.sort_by(|a, b| fitter.rating(a).total_cmp(&fitter.rating(b)));
+        fitted.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let fitted = fitted.into_iter().map(|(_, fitted)| fitted).collect();
         Ok((fitted, seconds.iter().sum()))
     }
 }

@@ -63,6 +63,7 @@ mod approach;
 mod attempt;
 mod batch;
 mod bootstrap;
+mod closure;
 mod configuration;
 mod conformity;
 mod dexgraspnet;

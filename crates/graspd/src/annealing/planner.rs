@@ -1,6 +1,6 @@
 //! The search itself.
 
-use graspd_eval::{Contact, EpsilonSettings, FRICTION_EDGES, FingerModel, ferrari_canny};
+use graspd_eval::{Contact, FRICTION_EDGES};
 use graspd_geom::{Quaternion, Vec3};
 use graspd_hand::{Hand, HandPose};
 use nalgebra::{Point3, Vector3};
@@ -13,6 +13,7 @@ use super::energy::ContactEnergy;
 use super::probe::Probe;
 use super::settings::AnnealingSettings;
 use crate::GraspError;
+use crate::closure::epsilon_of_some;
 use crate::object::GraspObject;
 
 /// GraspIt!'s schedule: a temperature of T_0 exp(-c k^(1/d)) at step k, which begins at K_FIRST.
@@ -242,14 +243,11 @@ fn epsilon(
             })
         })
         .collect();
-    let step = touching.len().div_ceil(MOST_CONTACTS).max(1);
-    let contacts: Vec<Contact> = touching.into_iter().step_by(step).collect();
-    if contacts.len() < 2 {
-        return Ok(0.0);
-    }
-    let center = Point3::from(object.simulated.center_of_mass());
-    let scale = graspd_eval::largest_radius(&object.source.mesh.vertices, center);
-    let wrenches =
-        FingerModel::hard(settings.friction, FRICTION_EDGES).wrenches(&contacts, center, scale);
-    Ok(ferrari_canny(&wrenches, &EpsilonSettings::sum())?.value)
+    epsilon_of_some(
+        touching,
+        MOST_CONTACTS,
+        settings.friction,
+        FRICTION_EDGES,
+        object,
+    )
 }

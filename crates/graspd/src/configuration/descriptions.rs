@@ -70,6 +70,8 @@ const PARAMETERS: &[(&str, &str, &str)] = &[
     ("settings.conformity.candidates", "starts", OWN),
     ("settings.conformity.finalists", "starts", OWN),
     ("settings.conformity.imbalance_discount", "", OWN),
+    ("settings.conformity.closure_discount", "", OWN),
+    ("settings.conformity.firm_closure", "", OWN),
     ("settings.conformity.coarse_samples", "points", OWN),
     ("settings.conformity.fine_samples", "points", OWN),
     ("settings.conformity.core_samples", "balls", OWN),

@@ -1,15 +1,18 @@
 //! The fit: Levenberg-Marquardt within the limits of the joints.
 
+use graspd_eval::Contact;
 use graspd_geom::{Quaternion, SdfGrid, SignedDistance, Vec3};
 use graspd_hand::{Hand, HandPose, clamp_to_limits};
-use nalgebra::{DMatrix, DVector};
+use nalgebra::{DMatrix, DVector, Vector3};
 
 use super::core::{HandCore, HandSolids};
 use super::field::{DistanceField, ExactNearSurface, LookUpScratch, Query};
-use super::linearization::{Placement, PoseCost};
+use super::linearization::{Placement, PoseCost, TOUCHING};
 use super::settings::{ConformitySettings, Stage};
 use super::skin::SkinSamples;
 use crate::GraspError;
+use crate::closure::epsilon_of_some;
+use crate::object::GraspObject;
 
 /// The projection looks at skin that is nearer to the object than this at its start \[m\].
 const NEAR: f64 = 2e-3;
@@ -17,6 +20,12 @@ const NEAR: f64 = 2e-3;
 const EXACT: f64 = 3e-4;
 /// Depths up to this much beyond those asked for will do \[m\].
 const SLACK: f64 = 2e-4;
+/// Closure is that of so many points at most ...
+const FEW: usize = 24;
+/// ... that face the object by more than this, with this friction, and pyramids of so many edges.
+const LEAST_FACING: f64 = 0.3;
+const CLOSURE_FRICTION: f64 = 0.8;
+const CLOSURE_EDGES: usize = 6;
 /// No step moves the base farther \[m\].
 const MOST_TRANSLATION: f64 = 0.01;
 /// No step turns the base farther \[rad\].
@@ -103,10 +112,34 @@ impl<'a> HandFitter<'a> {
     }
 
     /// How promising a fit is, least first: its cost, discounted if it presses from one side only, from where a
-    /// hand can lean on an object but not hold it.
-    pub fn rating(&self, fitted: &FittedHand) -> f64 {
-        let discount = self.settings.imbalance_discount * fitted.imbalance;
-        fitted.cost.min(0.0) * (1.0 - discount) + fitted.cost.max(0.0)
+    /// hand can lean on an object but not hold it, and if it holds loosely, by its [`HandFitter::closure`].
+    pub fn rating(&self, fitted: &FittedHand, closure: f64) -> f64 {
+        let settings = self.settings;
+        let discount = settings.imbalance_discount * fitted.imbalance;
+        let looseness = 1.0 - (closure / settings.firm_closure).min(1.0);
+        let share = (1.0 - discount) * (1.0 - settings.closure_discount * looseness);
+        fitted.cost.min(0.0) * share + fitted.cost.max(0.0)
+    }
+
+    /// Epsilon of a few of the points that touch and face the object: 0 where forces that push only cannot hold it.
+    ///
+    /// # Errors
+    /// If epsilon cannot be computed.
+    pub fn closure(&self, object: &GraspObject, fitted: &FittedHand) -> Result<f64, GraspError> {
+        let vertices = self.hand.surface(&fitted.pose).vertices;
+        let sdf = object.simulated.sdf();
+        let contact = |number: usize| {
+            let p = self.coarse.position(&vertices, number);
+            let (distance, gradient) = sdf.distance_and_gradient(p.into());
+            let inward = -Vector3::from(gradient);
+            let facing = inward.dot(&self.coarse.outward(&vertices, number));
+            (distance < TOUCHING && facing > LEAST_FACING).then(|| Contact {
+                point: p.into(),
+                normal: inward,
+            })
+        };
+        let touching = (0..self.coarse.len()).filter_map(contact).collect();
+        epsilon_of_some(touching, FEW, CLOSURE_FRICTION, CLOSURE_EDGES, object)
     }
 
     /// How many starts are to be tried for each grasp.

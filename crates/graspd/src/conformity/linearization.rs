@@ -50,7 +50,7 @@ struct Ball {
 }
 
 /// Points nearer to the object than this count as touching it \[m\].
-const TOUCHING: f64 = 5e-4;
+pub(super) const TOUCHING: f64 = 5e-4;
 
 impl Placement {
     /// Signed distance of each point of the skin \[m\]; of one out of reach, what it was when it was last looked up.

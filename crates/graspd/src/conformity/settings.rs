@@ -16,6 +16,10 @@ pub struct ConformitySettings {
     /// By how much a coarse fit that presses on one side only counts less than one that presses evenly from all sides,
     /// when the best is chosen: 0 to 1.
     pub imbalance_discount: f64,
+    /// By how much one without force closure counts less than one that holds firmly: 0 to 1.
+    pub closure_discount: f64,
+    /// Epsilon of a few of the points that touch from which on a fit holds firmly.
+    pub firm_closure: f64,
     /// Points of the hand's skin in a coarse fit.
     pub coarse_samples: usize,
     /// Points of the hand's skin in the final fit.
@@ -68,7 +72,9 @@ impl Default for ConformitySettings {
         Self {
             candidates: 8,
             finalists: 3,
-            imbalance_discount: 0.6,
+            imbalance_discount: 0.0,
+            closure_discount: 0.5,
+            firm_closure: 0.2,
             coarse_samples: 800,
             fine_samples: 5000,
             core_samples: [800, 6000],
@@ -79,11 +85,11 @@ impl Default for ConformitySettings {
             retreat_iterations: 20,
             reach: [5e-2, 5e-3, 1.5e-3, 2e-3, 8e-4],
             depth: 1.5e-4,
-            most_depth: 1.7e-3,
+            most_depth: 1.75e-3,
             rigid_most_depth: 4e-4,
             depth_scale: 4e-4,
             deep_weights: [0.02, 1.0, 1.0, 4.0],
-            deepest: 2.5e-3,
+            deepest: 2.55e-3,
             rigid_deepest: 6.5e-4,
             limit_weight: 30.0,
             core_weights: [0.01, 2.0, 0.33, 2.0],
@@ -157,20 +163,18 @@ impl ConformitySettings {
                 "at least the depth that the fit allows (conformity.most_depth, rigid_most_depth)";
             check(field, deepest, deepest >= most, wanted)?;
         }
-        let discount = self.imbalance_discount;
-        check(
-            "conformity.imbalance_discount",
-            discount,
-            (0.0..=1.0).contains(&discount),
-            "0 to 1",
-        )?;
-        let scale = self.depth_scale;
-        check(
-            "conformity.depth_scale",
-            scale,
-            scale > 0.0,
-            "a positive number",
-        )?;
+        for (field, discount) in [
+            ("conformity.imbalance_discount", self.imbalance_discount),
+            ("conformity.closure_discount", self.closure_discount),
+        ] {
+            check(field, discount, (0.0..=1.0).contains(&discount), "0 to 1")?;
+        }
+        for (field, value) in [
+            ("conformity.firm_closure", self.firm_closure),
+            ("conformity.depth_scale", self.depth_scale),
+        ] {
+            check(field, value, value > 0.0, "a positive number")?;
+        }
         for weight in self.deep_weights {
             check(
                 "conformity.deep_weights",

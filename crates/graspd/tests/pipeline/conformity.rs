@@ -11,6 +11,9 @@ use graspd_hand::{Hand, HandPose, SkinnedHandOptions, human};
 use crate::fixtures::{CAN, HAND};
 
 /// Few points and iterations, for tests that need no good grasp.
+/// A closure at which nothing is discounted.
+const FIRM: f64 = 1.0;
+
 fn quick() -> ConformitySettings {
     ConformitySettings {
         candidates: 2,
@@ -46,7 +49,7 @@ fn hands_from_afar_wrap_the_object_and_stay_within_their_limits() {
         for (index, area) in areas.iter_mut().enumerate() {
             let start = start(hand, index);
             let fitted = fit_hand(hand, CAN.simulated.sdf(), &start, &settings).unwrap();
-            let rating = fitter.rating(&fitted);
+            let rating = fitter.rating(&fitted, FIRM);
             *area = fitted.contact_area;
             assert!(fitted.deepest < DEEPEST, "{}", fitted.deepest);
             assert!(fitted.cost < 0.0 && fitted.cost <= rating && rating < 0.0);
@@ -102,7 +105,7 @@ fn the_projection_bounds_the_depth_and_keeps_the_contact() {
     let idle = HandFitter::new(&*HAND, &idle).unwrap();
     // The most promising of several starts, as grasps are made.
     let coarse = (0..8).map(|index| fitter.coarse(sdf, &start(&*HAND, index)));
-    let best = coarse.min_by(|a, b| fitter.rating(a).total_cmp(&fitter.rating(b)));
+    let best = coarse.min_by(|a, b| fitter.rating(a, FIRM).total_cmp(&fitter.rating(b, FIRM)));
     let fitted = fitter.fine(sdf, &best.expect("eight").pose);
     // As deep as it is, seen by many points and by the mesh instead of a coarse grid.
     let before = idle.project(sdf, &CAN.distance, &fitted.pose);
@@ -182,7 +185,7 @@ fn a_hand_out_of_reach_stays_where_it_is() {
     assert_eq!((fitted.contact_area, fitted.deepest), (0.0, 0.0));
     let fitter = HandFitter::new(&*HAND, &settings).unwrap();
     assert_eq!(
-        (fitted.imbalance, fitter.rating(&fitted)),
+        (fitted.imbalance, fitter.rating(&fitted, FIRM)),
         (1.0, fitted.cost)
     );
 }
