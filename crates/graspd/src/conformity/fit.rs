@@ -189,14 +189,14 @@ impl<'a> HandFitter<'a> {
             band: EXACT,
         };
         let [projection, retreat] = self.settings.projection_stages(self.is_rigid());
-        let skin = |stage: Stage, start: &HandPose| {
+        let moved_by = |stage: Stage, start: &HandPose| {
             self.run(&field, &near, &self.fine_core, &[stage], start)
         };
-        let projected = skin(projection, start);
+        let projected = moved_by(projection, start);
         if projected.deepest <= self.settings.deepest_of(self.is_rigid()) {
             return projected;
         }
-        skin(retreat, &projected.pose)
+        moved_by(retreat, &projected.pose)
     }
 
     /// Runs the stages one after the other.

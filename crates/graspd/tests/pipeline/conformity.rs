@@ -191,6 +191,32 @@ fn a_hand_out_of_reach_stays_where_it_is() {
 }
 
 #[test]
+fn a_hand_that_closes_its_grasp_is_rated_above_one_that_leans() {
+    let settings = quick();
+    let fitter = HandFitter::new(&*HAND, &settings).unwrap();
+    let sdf = CAN.simulated.sdf();
+    let closure = |fitted| fitter.closure(&CAN, fitted).unwrap();
+    let fitted: Vec<_> = (0..8)
+        .map(|index| fitter.coarse(sdf, &start(&*HAND, index)))
+        .collect();
+    let firmest = (fitted.iter()).max_by(|a, b| closure(a).total_cmp(&closure(b)));
+    let firmest = firmest.expect("eight");
+    assert!(closure(firmest) > 0.1, "{}", closure(firmest));
+    // Pulled back, so that it touches nothing.
+    let mut away = firmest.clone();
+    away.pose.translation.x += 1.0;
+    assert_eq!(closure(&away), 0.0);
+    assert!(firmest.cost < 0.0);
+    let loose = fitter.rating(firmest, 0.0);
+    let rating = fitter.rating(firmest, closure(firmest));
+    assert!(rating < loose && loose < 0.0, "{rating} {loose}");
+    assert_eq!(
+        loose,
+        (1.0 - settings.closure_discount) * fitter.rating(firmest, FIRM)
+    );
+}
+
+#[test]
 fn samples_are_spread_over_the_outer_surface() {
     let samples = SkinSamples::new(&*HAND, 500).unwrap();
     assert!(!samples.is_empty() && samples.len() < 500, "links overlap");
@@ -299,6 +325,20 @@ fn settings_out_of_range_are_named() {
             "finalists",
             ConformitySettings {
                 finalists: 0,
+                ..default.clone()
+            },
+        ),
+        (
+            "closure_discount",
+            ConformitySettings {
+                closure_discount: 1.1,
+                ..default.clone()
+            },
+        ),
+        (
+            "firm_closure",
+            ConformitySettings {
+                firm_closure: 0.0,
                 ..default.clone()
             },
         ),
