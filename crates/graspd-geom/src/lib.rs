@@ -43,6 +43,7 @@ mod rgbd;
 mod rigid;
 mod sampling;
 mod sdf;
+mod sequence_sampling;
 mod shapes;
 #[cfg(feature = "testing")]
 mod test_data;
@@ -76,8 +77,9 @@ pub use rgbd::{
     standing_on_table,
 };
 pub use rigid::{Mat3, Quaternion, Rigid, Vec3};
-pub use sampling::{SurfacePoint, SurfaceSampler, sample_by_sequence, sample_evenly};
+pub use sampling::{SurfacePoint, SurfaceSampler, sample_evenly};
 pub use sdf::{SdfGrid, SdfSampling};
+pub use sequence_sampling::sample_by_sequence;
 pub use shapes::{box_mesh, capsule_mesh, cylinder_mesh, sphere_mesh};
 #[cfg(feature = "testing")]
 pub use test_data::shared_file;

@@ -113,14 +113,13 @@ impl Job<'_> {
             let mut attempt = self.simulate(candidate.pose)?;
             let fitted = fitter.fine(sdf, &attempt.pose);
             let projected = fitter.project(sdf, &self.object.distance, &fitted.pose);
-            let closure = fitter.closure(self.object, &projected)?;
-            let rating = fitter.rating(&projected, closure);
-            let is_shallow = fitter.is_shallow(&projected);
-            attempt.pose = projected.pose;
+            attempt.pose = projected.pose.clone();
             attempt.seconds = seconds();
-            if is_shallow {
+            if fitter.is_shallow(&projected) {
                 return Ok(attempt);
             }
+            let closure = fitter.closure(self.object, &projected)?;
+            let rating = fitter.rating(&projected, closure);
             if best.as_ref().is_none_or(|(least, _)| rating < *least) {
                 best = Some((rating, attempt));
             }
