@@ -8,8 +8,12 @@ use parry3d_f64::bounding_volume::Aabb;
 use parry3d_f64::math::{Pose, Vector};
 use parry3d_f64::shape::{ConvexPolyhedron, PolygonalFeature, PolygonalFeatureMap, SupportMap};
 
+use super::sides::{LANES, Sides, in_blocks, lesser};
+
 /// Cells along each side of the cube of directions.
 const CELLS: usize = 6;
+/// Of a polyhedron of more blocks of vertices extents are found by climbing.
+const MOST_LOOKED_AT: usize = 24;
 
 /// A convex polyhedron with what the climb needs.
 #[derive(Clone)]
@@ -23,47 +27,7 @@ pub(super) struct ClimbingPolyhedron {
     bounds: Aabb,
     /// Coordinates of the vertices, padded with copies of the first.
     corners: Vec<[[f64; LANES]; 3]>,
-    /// Outward unit normals of the faces and their heights, padded likewise.
-    sides: Vec<[[f64; LANES]; 4]>,
-    edges: Vec<Edge>,
-}
-
-/// Where two faces meet.
-#[derive(Clone, Copy)]
-struct Edge {
-    start: Vector,
-    /// Which faces.
-    sides: [u32; 2],
-}
-
-/// Cosine of the angle between the normals of triangles of one side.
-const SAME_SIDE: f64 = 1.0 - 1e-12;
-/// Numbers that are worked on together.
-const LANES: usize = 4;
-/// Of a piece with more faces nothing is known about edges; pieces have a few dozen.
-const MOST_SIDES: usize = 128;
-
-/// In blocks, the last one filled up with copies of the first.
-fn in_blocks<const K: usize>(rows: &[[f64; K]]) -> Vec<[[f64; LANES]; K]> {
-    (rows.chunks(LANES))
-        .map(|chunk| {
-            std::array::from_fn(|k| std::array::from_fn(|i| chunk.get(i).unwrap_or(&rows[0])[k]))
-        })
-        .collect()
-}
-
-/// The smaller; without the care for NaN that keeps processors from doing several at once.
-#[inline(always)]
-fn lesser(a: f64, b: f64) -> f64 {
-    if a < b { a } else { b }
-}
-
-/// How far a body would have to move to be clear of a triangle, along directions in front of the triangle and behind it \[m\];
-/// negative where it is clear already.
-#[derive(Clone, Copy)]
-pub(super) struct Clearing {
-    pub(super) front: f64,
-    pub(super) back: f64,
+    pub(super) sides: Sides,
 }
 
 impl ClimbingPolyhedron {
@@ -83,11 +47,12 @@ impl ClimbingPolyhedron {
             first,
             starts: Vec::new(),
             bounds: Aabb::from_points(vertices.iter().copied()),
-            corners: in_blocks(&vertices.iter().map(|p| p.to_array()).collect::<Vec<_>>()),
-            sides: Vec::new(),
-            edges: Vec::new(),
+            corners: {
+                let rows: Vec<_> = vertices.iter().map(|p| p.to_array()).collect();
+                in_blocks(&rows, rows[0])
+            },
+            sides: Sides::new(&vertices, &faces),
         };
-        shape.find_sides(&vertices, &faces);
         // A vertex within a face has no edges, and from there no climb could start.
         let corners: Vec<u32> = (0..vertices.len() as u32)
             .filter(|&vertex| !shape.neighbors_of(vertex).is_empty())
@@ -103,50 +68,6 @@ impl ClimbingPolyhedron {
             })
             .collect();
         shape
-    }
-
-    /// Finds the sides and the edges from the triangles of the surface; those of one plane are one side.
-    fn find_sides(&mut self, vertices: &[Vector], faces: &[[u32; 3]]) {
-        let mut normals: Vec<Vector> = Vec::new();
-        let side_of: Vec<Option<u32>> = (faces.iter())
-            .map(|&[a, b, c]| {
-                let [a, b, c] = [a, b, c].map(|vertex| vertices[vertex as usize]);
-                let normal = (b - a).cross(c - a).try_normalize()?;
-                let known = (normals.iter()).position(|other| other.dot(normal) > SAME_SIDE);
-                Some(known.unwrap_or_else(|| {
-                    normals.push(normal);
-                    normals.len() - 1
-                }) as u32)
-            })
-            .collect();
-        let sides: Vec<_> = (normals.iter())
-            .map(|normal| {
-                // As far out as any vertex, so that rounding leaves none beyond.
-                let heights = vertices.iter().map(|vertex| vertex.dot(*normal));
-                let [x, y, z] = normal.to_array();
-                [x, y, z, heights.fold(f64::MIN, f64::max)]
-            })
-            .collect();
-        self.sides = in_blocks(&sides);
-        if normals.len() > MOST_SIDES - LANES {
-            return;
-        }
-        let mut beside: Vec<([u32; 2], usize)> = (faces.iter().enumerate())
-            .flat_map(|(face, &[a, b, c])| {
-                [[a, b], [b, c], [c, a]].map(|[a, b]| ([a.min(b), a.max(b)], face))
-            })
-            .collect();
-        beside.sort_unstable();
-        self.edges = (beside.chunk_by(|a, b| a.0 == b.0))
-            .filter_map(|pair| {
-                let &[(ends, one), (_, other)] = pair else {
-                    return None;
-                };
-                let sides = [side_of[one]?, side_of[other]?];
-                let start = vertices[ends[0] as usize];
-                (sides[0] != sides[1]).then_some(Edge { start, sides })
-            })
-            .collect();
     }
 
     /// The most by which all of the points are beyond one of the sides of the box about it; negative where none is so for all.
@@ -179,6 +100,10 @@ impl ClimbingPolyhedron {
 
     /// The smallest and the largest component of any of its points along a direction.
     pub(super) fn extent_along(&self, direction: Vector) -> (f64, f64) {
+        if self.corners.len() > MOST_LOOKED_AT {
+            let [low, high] = [-direction, direction].map(|to| self.local_support_point(to));
+            return (low.dot(direction), high.dot(direction));
+        }
         let [x, y, z] = direction.to_array();
         let (mut low, mut high) = ([f64::MAX; LANES], [f64::MAX; LANES]);
         for block in &self.corners {
@@ -192,73 +117,6 @@ impl ClimbingPolyhedron {
             low.into_iter().fold(f64::MAX, lesser),
             -high.into_iter().fold(f64::MAX, lesser),
         )
-    }
-
-    /// How far it would have to move to be clear of a triangle with this normal, along the normals of its own faces.
-    pub(super) fn clearing_by_faces(
-        &self,
-        points: &[Vector; 3],
-        normal: Vector,
-        least: f64,
-    ) -> Clearing {
-        let [a, b, c] = points.map(|point| point.to_array());
-        let normal = normal.to_array();
-        let (mut front, mut back) = ([f64::MAX; LANES], [f64::MAX; LANES]);
-        for [x, y, z, height] in &self.sides {
-            for i in 0..LANES {
-                let along = |p: &[f64; 3]| x[i] * p[0] + y[i] * p[1] + z[i] * p[2];
-                let way = height[i] - lesser(along(&a), lesser(along(&b), along(&c)));
-                // It moves against its own face's normal.
-                let is_behind = along(&normal) > least;
-                front[i] = lesser(if is_behind { f64::MAX } else { way }, front[i]);
-                back[i] = lesser(if is_behind { way } else { f64::MAX }, back[i]);
-            }
-        }
-        Clearing {
-            front: front.into_iter().fold(f64::MAX, lesser),
-            back: back.into_iter().fold(f64::MAX, lesser),
-        }
-    }
-
-    /// Whether the edges are known.
-    pub(super) fn knows_edges(&self) -> bool {
-        !self.edges.is_empty()
-    }
-
-    /// Calls `visit` for the edges that make a face of the Minkowski difference with an edge along `direction` of another body, of
-    /// whose outward directions `outward` is the middle one and a half circle all: with the face's unit normal, outward of that
-    /// body, and a point of the edge.
-    pub(super) fn for_each_crossing_edge(
-        &self,
-        direction: Vector,
-        outward: Vector,
-        mut visit: impl FnMut(Vector, Vector),
-    ) {
-        let mut along = [[0.0; LANES]; MOST_SIDES / LANES];
-        let d = direction.to_array();
-        for (along, [x, y, z, _]) in along.iter_mut().zip(&self.sides) {
-            for i in 0..LANES {
-                along[i] = x[i] * d[0] + y[i] * d[1] + z[i] * d[2];
-            }
-        }
-        let normal = |side: usize| {
-            let [x, y, z, _] = &self.sides[side / LANES];
-            Vector::new(x[side % LANES], y[side % LANES], z[side % LANES])
-        };
-        for edge in &self.edges {
-            let [one, other] = edge.sides.map(|side| side as usize);
-            let (p, q) = (
-                along[one / LANES][one % LANES],
-                along[other / LANES][other % LANES],
-            );
-            if p * q < 0.0 {
-                // On the arc between the two normals, orthogonal to the direction; negated, since that is outward of the piece.
-                let crossing = normal(one) * -q.abs() - normal(other) * p.abs();
-                if crossing.dot(outward) > 0.0 {
-                    visit(crossing.normalize(), edge.start);
-                }
-            }
-        }
     }
 
     fn neighbors_of(&self, vertex: u32) -> &[u32] {

@@ -16,6 +16,7 @@ use parry3d_f64::shape::{TriMesh, Triangle, TrianglePseudoNormals};
 
 use super::body::Body;
 use super::climbing::ClimbingPolyhedron;
+use super::overlap::find_contacts;
 use super::patch::{Manifold, Patch, PatchMaker};
 use super::separation::{Verdict, can_touch, triangles_without_back};
 
@@ -24,6 +25,9 @@ use super::separation::{Verdict, can_touch, triangles_without_back};
 pub(super) const RECYCLE_DISTANCE: f64 = 0.25e-3;
 /// Contacts follow at most a turn of this cosine.
 const MOST_TURN: f64 = 0.98;
+/// Contacts that there are follow the object up to a turn of this cosine (a degree) and a slide of this square \[m^2\], as in parry.
+const FOLLOWED_TURN: f64 = 0.99984769515;
+const FOLLOWED_SLIDE: f64 = 1e-6;
 /// Triangles about a piece are gathered in a box that is wider than needed, by this part of its extents.
 const MARGIN: f64 = 0.1;
 
@@ -188,38 +192,42 @@ impl Near {
     ) {
         let index = self.triangle as usize;
         let triangle = &hand.triangles[index];
-        // Contacts that are there already are parry's to follow or to drop.
-        if self.manifold.points.is_empty() {
+        let manifold = &mut self.manifold;
+        if manifold.points.is_empty() {
             if travel + prediction < self.apart_until || travel < self.behind_until {
                 return;
             }
-            let corners = [triangle.a, triangle.b, triangle.c];
-            let corners = corners.map(|corner| pose.inverse_transform_point(corner));
-            match can_touch(&corners, hand.has_no_back[index], piece, prediction) {
-                Verdict::Perhaps => {}
-                Verdict::NotNow => return,
-                Verdict::Apart(distance) => {
-                    self.apart_until = travel + distance;
-                    return;
-                }
-                Verdict::Behind(depth) => {
-                    self.behind_until = travel + depth;
-                    return;
-                }
-            }
+        } else if manifold.try_update_contacts_eps(pose, FOLLOWED_TURN, FOLLOWED_SLIDE) {
+            return;
         }
         let cone = hand.cones[index].as_ref();
-        contact_manifold_pfm_pfm(
-            pose,
-            triangle,
-            0.0,
-            cone.map(|cone| cone as &dyn NormalConstraints),
-            piece,
-            0.0,
-            None,
-            prediction,
-            &mut self.manifold,
-        );
+        let corners = [triangle.a, triangle.b, triangle.c];
+        let corners = corners.map(|corner| pose.inverse_transform_point(corner));
+        match can_touch(&corners, hand.has_no_back[index], piece, prediction) {
+            Verdict::Overlap(overlap) => {
+                find_contacts(pose, triangle, cone, piece, &overlap, manifold);
+            }
+            Verdict::NotNow => manifold.clear(),
+            Verdict::Apart(distance) => {
+                self.apart_until = travel + distance;
+                manifold.clear();
+            }
+            Verdict::Behind(depth) => {
+                self.behind_until = travel + depth;
+                manifold.clear();
+            }
+            Verdict::Perhaps => contact_manifold_pfm_pfm(
+                pose,
+                triangle,
+                0.0,
+                cone.map(|cone| cone as &dyn NormalConstraints),
+                piece,
+                0.0,
+                None,
+                prediction,
+                manifold,
+            ),
+        }
     }
 }
 
