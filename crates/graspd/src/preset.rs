@@ -178,6 +178,7 @@ impl SynthesisSettings {
                 fine_samples: 2000,
                 core_samples: [400, 4000],
                 dense_samples: [20_000, 60_000],
+                densest_samples: [20_000, 200_000],
                 coarse_iterations: [20, 15],
                 fine_iterations: [35, 15],
                 ..ConformitySettings::default()

@@ -76,6 +76,7 @@ const PARAMETERS: &[(&str, &str, &str)] = &[
     ("settings.conformity.fine_samples", "points", OWN),
     ("settings.conformity.core_samples", "balls", OWN),
     ("settings.conformity.dense_samples", "points", OWN),
+    ("settings.conformity.densest_samples", "points", OWN),
     (
         "settings.conformity.projection_iterations",
         "iterations",

@@ -1,12 +1,12 @@
 //! The fit: Levenberg-Marquardt within the limits of the joints.
 
 use graspd_eval::Contact;
-use graspd_geom::{Quaternion, SdfGrid, SignedDistance, Vec3};
+use graspd_geom::{Quaternion, SdfGrid, Vec3};
 use graspd_hand::{Hand, HandPose, clamp_to_limits};
 use nalgebra::{DMatrix, DVector, Vector3};
 
 use super::core::{HandCore, HandSolids};
-use super::field::{DistanceField, ExactNearSurface, LookUpScratch, Query};
+use super::field::DistanceField;
 use super::linearization::{Placement, PoseCost, TOUCHING};
 use super::settings::{ConformitySettings, Stage};
 use super::skin::SkinSamples;
@@ -14,10 +14,6 @@ use crate::GraspError;
 use crate::closure::epsilon_of_some;
 use crate::object::GraspObject;
 
-/// The projection looks at skin that is nearer to the object than this at its start \[m\].
-const NEAR: f64 = 2e-3;
-/// The projection takes distances below this from the mesh \[m\].
-const EXACT: f64 = 3e-4;
 /// Depths up to this much beyond those asked for will do \[m\].
 const SLACK: f64 = 2e-4;
 /// Closure is that of so many points at most ...
@@ -63,13 +59,15 @@ pub struct FittedHand {
 
 /// Fits one hand to objects; its skin is sampled once.
 pub struct HandFitter<'a> {
-    hand: &'a dyn Hand,
-    settings: &'a ConformitySettings,
+    pub(super) hand: &'a dyn Hand,
+    pub(super) settings: &'a ConformitySettings,
     coarse: SkinSamples,
     fine: SkinSamples,
-    dense: SkinSamples,
+    /// For the projection, and for the retreat after it.
+    pub(super) dense: SkinSamples,
+    pub(super) densest: SkinSamples,
     coarse_core: HandCore,
-    fine_core: HandCore,
+    pub(super) fine_core: HandCore,
 }
 
 impl<'a> HandFitter<'a> {
@@ -83,11 +81,15 @@ impl<'a> HandFitter<'a> {
         let skin = |count: usize| SkinSamples::on(&solids.open, &solids.open_distance, count);
         let core = |count: usize| HandCore::new(&solids, count);
         let [few, many] = settings.core_samples;
-        let (dense, ((coarse, fine), (coarse_core, fine_core))) = rayon::join(
+        let dense = |[soft, rigid]: [usize; 2]| {
+            SkinSamples::dense_on(&solids.open, if is_rigid(hand) { rigid } else { soft })
+        };
+        let ((dense, densest), ((coarse, fine), (coarse_core, fine_core))) = rayon::join(
             || {
-                let [soft, rigid] = settings.dense_samples;
-                let count = if is_rigid(hand) { rigid } else { soft };
-                SkinSamples::dense_on(&solids.open, &solids.open_distance, count)
+                (
+                    dense(settings.dense_samples),
+                    dense(settings.densest_samples),
+                )
             },
             || {
                 rayon::join(
@@ -102,12 +104,13 @@ impl<'a> HandFitter<'a> {
             coarse,
             fine,
             dense,
+            densest,
             coarse_core,
             fine_core,
         })
     }
 
-    fn is_rigid(&self) -> bool {
+    pub(super) fn is_rigid(&self) -> bool {
         is_rigid(self.hand)
     }
 
@@ -169,41 +172,11 @@ impl<'a> HandFitter<'a> {
         self.run(sdf, &self.fine, &self.fine_core, &stages, start)
     }
 
-    /// Pushes out what is deeper than allowed, with many points of the skin near the object and its mesh itself, whose
-    /// edges a grid rounds; what touches is kept. Where that leaves some too deep, the hand retreats from there with no
-    /// regard for what touches.
-    pub fn project(&self, sdf: &SdfGrid, mesh: &SignedDistance, start: &HandPose) -> FittedHand {
-        let vertices = self.hand.surface(start).vertices;
-        let query = |point| Query {
-            at: self.dense.position(&vertices, point),
-            seen: None,
-        };
-        let queries: Vec<Query> = (0..self.dense.len()).map(query).collect();
-        let mut answers = Vec::new();
-        sdf.look_up(&queries, &mut LookUpScratch::default(), &mut answers);
-        let mut near = self.dense.clone();
-        near.keep(|point| answers[point].distance < NEAR);
-        let field = ExactNearSurface {
-            grid: sdf,
-            mesh,
-            band: EXACT,
-        };
-        let [projection, retreat] = self.settings.projection_stages(self.is_rigid());
-        let moved_by = |stage: Stage, start: &HandPose| {
-            self.run(&field, &near, &self.fine_core, &[stage], start)
-        };
-        let projected = moved_by(projection, start);
-        if projected.deepest <= self.settings.deepest_of(self.is_rigid()) {
-            return projected;
-        }
-        moved_by(retreat, &projected.pose)
-    }
-
     /// Runs the stages one after the other.
     ///
     /// Within an iteration the cost is fixed and a step is taken only if it lowers it; from one iteration to the next the
     /// reach shrinks. Joints at a limit that the gradient pushes beyond it are left where they are for that step.
-    fn run(
+    pub(super) fn run(
         &self,
         field: &dyn DistanceField,
         skin: &SkinSamples,

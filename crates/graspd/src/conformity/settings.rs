@@ -29,6 +29,9 @@ pub struct ConformitySettings {
     /// Points of the hand's skin in the projection, of soft skin and of rigid links: between points of these, edges of
     /// the object come in deeper. Only those near the object count, and all vertices come on top.
     pub dense_samples: [usize; 2],
+    /// The same for whether the projection has left some too deep, and for the retreat: between points a fraction of a
+    /// millimetre apart, too, edges of the object come in deeper.
+    pub densest_samples: [usize; 2],
     /// Iterations of the coarse fit: from afar, and close to the surface.
     pub coarse_iterations: [usize; 2],
     /// Iterations of the final fit: drawing skin in, and then pushing out what is too deep.
@@ -71,7 +74,7 @@ impl Default for ConformitySettings {
     fn default() -> Self {
         Self {
             candidates: 8,
-            finalists: 3,
+            finalists: 8,
             imbalance_discount: 0.0,
             closure_discount: 0.5,
             firm_closure: 0.2,
@@ -79,6 +82,7 @@ impl Default for ConformitySettings {
             fine_samples: 5000,
             core_samples: [800, 6000],
             dense_samples: [40_000, 100_000],
+            densest_samples: [40_000, 400_000],
             coarse_iterations: [30, 20],
             fine_iterations: [40, 20],
             projection_iterations: 10,
@@ -104,8 +108,8 @@ const RETREAT: f64 = 30.0;
 /// No reach is shorter \[m\].
 const LEAST_REACH: f64 = 1e-5;
 
-/// More points than any skin needs: at 10^5 they lie under a millimetre apart.
-const MOST_SAMPLES: usize = 100_000;
+/// More points than any skin needs: at 10^6 they lie a few tenths of a millimetre apart.
+const MOST_SAMPLES: usize = 1_000_000;
 
 impl ConformitySettings {
     /// Checks every field.
@@ -131,16 +135,19 @@ impl ConformitySettings {
         }
         let [coarse_core, fine_core] = self.core_samples;
         let [soft_dense, rigid_dense] = self.dense_samples;
+        let [soft_densest, rigid_densest] = self.densest_samples;
         for (field, samples) in [
             ("conformity.coarse_samples", self.coarse_samples),
             ("conformity.fine_samples", self.fine_samples),
             ("conformity.dense_samples", soft_dense),
             ("conformity.dense_samples", rigid_dense),
+            ("conformity.densest_samples", soft_densest),
+            ("conformity.densest_samples", rigid_densest),
             ("conformity.core_samples", coarse_core),
             ("conformity.core_samples", fine_core),
         ] {
             let is_allowed = (1..=MOST_SAMPLES).contains(&samples);
-            check(field, samples as f64, is_allowed, "1 to 100000")?;
+            check(field, samples as f64, is_allowed, "1 to 1000000")?;
         }
         for reach in self.reach {
             check("conformity.reach", reach, reach > 0.0, "positive numbers")?;
@@ -223,24 +230,29 @@ impl ConformitySettings {
         ]
     }
 
-    /// The stages of the projection: one that keeps what touches, and one for where that leaves some too deep.
-    pub(super) fn projection_stages(&self, is_rigid: bool) -> [Stage; 2] {
-        let stage = |iterations, reach: f64, times: f64| {
-            let cost = SkinCost {
-                limit_factor: self.factor(times * self.limit_weight),
-                ..self.cost(is_rigid, self.deep_weights[3], times * self.core_weights[3])
-            };
-            Stage::new(iterations, [reach, reach], cost)
+    /// The stage of the projection that keeps what touches.
+    pub(super) fn projection_stage(&self, is_rigid: bool) -> Stage {
+        let cost = SkinCost {
+            limit_factor: self.factor(self.limit_weight),
+            ..self.cost(is_rigid, self.deep_weights[3], self.core_weights[3])
         };
-        [
-            stage(self.projection_iterations, self.reach[4], 1.0),
-            // Hardly any skin is drawn in from so near.
-            stage(
-                self.retreat_iterations,
-                self.depth.max(LEAST_REACH),
-                RETREAT,
-            ),
-        ]
+        Stage::new(self.projection_iterations, [self.reach[4]; 2], cost)
+    }
+
+    /// The one for where that leaves some skin too deep: to a depth less than what is asked for by `farther` \[m\]; of
+    /// `points` times as many points.
+    pub(super) fn retreat_stage(&self, is_rigid: bool, farther: f64, points: f64) -> Stage {
+        let core_weight = points * RETREAT * self.core_weights[3];
+        let cost = self.cost(is_rigid, self.deep_weights[3], core_weight);
+        let cost = SkinCost {
+            limit_factor: self.factor(RETREAT * self.limit_weight),
+            most_depth: (cost.most_depth - farther).max(self.depth),
+            limit_depth: (cost.limit_depth - farther).max(self.depth),
+            ..cost
+        };
+        // Hardly any skin is drawn in from so near.
+        let reach = self.depth.max(LEAST_REACH);
+        Stage::new(self.retreat_iterations, [reach; 2], cost)
     }
 
     /// The depth that the projection is to leave at most \[m\].

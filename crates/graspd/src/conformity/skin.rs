@@ -44,22 +44,26 @@ impl SkinSamples {
 
     /// The same on the surface of the open hand, of which `solid` is the distance.
     pub(super) fn on(surface: &TriangleMesh, solid: &SignedDistance, count: usize) -> Self {
-        Self::of(surface, solid, &sample_evenly(surface, count, SEED))
+        Self::of(surface, &sample_evenly(surface, count, SEED), |p| {
+            !solid.is_inside(&(p.point + p.normal * BURIED_PROBE))
+        })
     }
 
-    /// About `count` points, less even, and all vertices: where a hand digs in first.
-    pub(super) fn dense_on(surface: &TriangleMesh, solid: &SignedDistance, count: usize) -> Self {
-        let mut skin = Self::of(surface, solid, &sample_by_sequence(surface, count));
-        skin.add_vertices(surface, solid);
+    /// About `count` points, less even, and all vertices: where a hand digs in first. None is left out, as what is buried in another
+    /// part of the open hand may come out of it when the hand closes.
+    pub(super) fn dense_on(surface: &TriangleMesh, count: usize) -> Self {
+        let mut skin = Self::of(surface, &sample_by_sequence(surface, count), |_| true);
+        skin.add_vertices(surface);
         skin
     }
 
-    /// Those of `points` that are not buried; each stands for the same part of the area of them all.
-    fn of(surface: &TriangleMesh, solid: &SignedDistance, points: &[SurfacePoint]) -> Self {
-        let outer = points
-            .par_iter()
-            .filter(|p| !solid.is_inside(&(p.point + p.normal * BURIED_PROBE)));
-        let places = outer.map(|p| Place {
+    /// Those of `points` that count; each stands for the same part of the area of them all.
+    fn of(
+        surface: &TriangleMesh,
+        points: &[SurfacePoint],
+        counts: impl Fn(&SurfacePoint) -> bool + Sync,
+    ) -> Self {
+        let places = (points.par_iter().filter(|point| counts(point))).map(|p| Place {
             corners: surface.faces[p.face],
             shares: shares(&surface.corners(p.face), &p.point),
         });
@@ -69,18 +73,15 @@ impl SkinSamples {
         }
     }
 
-    /// Adds the vertices that are not buried, each as a corner of its first face that has an area.
-    fn add_vertices(&mut self, surface: &TriangleMesh, solid: &SignedDistance) {
+    /// Adds the vertices, each as a corner of its first face that has an area.
+    fn add_vertices(&mut self, surface: &TriangleMesh) {
         let mut is_new = vec![true; surface.vertices.len()];
         for (index, face) in surface.faces.iter().enumerate() {
-            let Some(normal) = surface.area_vector(index).try_normalize(0.0) else {
+            if surface.area_vector(index).try_normalize(0.0).is_none() {
                 continue;
-            };
+            }
             for (corner, &vertex) in face.iter().enumerate() {
-                let vertex = vertex as usize;
-                if std::mem::replace(&mut is_new[vertex], false)
-                    && !solid.is_inside(&(surface.vertices[vertex] + normal * BURIED_PROBE))
-                {
+                if std::mem::replace(&mut is_new[vertex as usize], false) {
                     let mut shares = [0.0; 3];
                     shares[corner] = 1.0;
                     self.places.push(Place {
