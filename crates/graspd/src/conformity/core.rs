@@ -81,7 +81,10 @@ impl HandCore {
             })
         });
         let radii: Vec<f64> = fitting.collect();
-        skin.keep(|i| radii[i] >= LEAST_RADIUS);
+        let wide: Vec<usize> = (0..skin.len())
+            .filter(|i| radii[*i] >= LEAST_RADIUS)
+            .collect();
+        skin = skin.only(&wide);
         let radius = radii.into_iter().filter(|&r| r >= LEAST_RADIUS).collect();
         Self { skin, radius }
     }

@@ -8,6 +8,7 @@ use nalgebra::{DMatrix, DVector, Vector3};
 use super::core::{HandCore, HandSolids};
 use super::field::DistanceField;
 use super::linearization::{Placement, PoseCost, TOUCHING};
+use super::patches::SkinPatches;
 use super::settings::{ConformitySettings, Stage};
 use super::skin::SkinSamples;
 use crate::GraspError;
@@ -15,7 +16,7 @@ use crate::closure::epsilon_of_some;
 use crate::object::GraspObject;
 
 /// Depths up to this much beyond those asked for will do \[m\].
-const SLACK: f64 = 2e-4;
+const SLACK: f64 = 3e-4;
 /// Closure is that of so many points at most ...
 const FEW: usize = 24;
 /// ... that face the object by more than this, with this friction, and pyramids of so many edges.
@@ -37,6 +38,8 @@ const EASING: f64 = 0.3;
 const TIGHTENING: f64 = 8.0;
 /// Steps that are tried in one iteration.
 const ATTEMPTS: usize = 6;
+/// An iteration that lowers a cost by less than this part ends its stage, if the cost stays what it is.
+const CONVERGED: f64 = 1e-4;
 /// Keeps the matrix definite where nothing depends on some joint, relative to its trace.
 const REGULARIZATION: f64 = 1e-9;
 
@@ -64,8 +67,8 @@ pub struct HandFitter<'a> {
     coarse: SkinSamples,
     fine: SkinSamples,
     /// For the projection, and for the retreat after it.
-    pub(super) dense: SkinSamples,
-    pub(super) densest: SkinSamples,
+    pub(super) dense: SkinPatches,
+    pub(super) densest: SkinPatches,
     coarse_core: HandCore,
     pub(super) fine_core: HandCore,
 }
@@ -82,7 +85,7 @@ impl<'a> HandFitter<'a> {
         let core = |count: usize| HandCore::new(&solids, count);
         let [few, many] = settings.core_samples;
         let dense = |[soft, rigid]: [usize; 2]| {
-            SkinSamples::dense_on(&solids.open, if is_rigid(hand) { rigid } else { soft })
+            SkinPatches::on(&solids.open, if is_rigid(hand) { rigid } else { soft })
         };
         let ((dense, densest), ((coarse, fine), (coarse_core, fine_core))) = rayon::join(
             || {
@@ -202,6 +205,7 @@ impl<'a> HandFitter<'a> {
                 let (matrix, gradient) = cost_of.normal_equations(&pose, &placement, &cost);
                 let is_held = held_joints(hand, &pose, &gradient);
                 let mut is_better = false;
+                let before = last;
                 for _ in 0..ATTEMPTS {
                     let Some(step) = damped_step(&matrix, &gradient, &is_held, damping) else {
                         damping = (damping * TIGHTENING).min(MOST_DAMPING);
@@ -222,6 +226,9 @@ impl<'a> HandFitter<'a> {
                 if !is_better {
                     // The next iteration has another cost: what failed for this one says little about it.
                     damping = 1.0;
+                }
+                if stage.is_constant() && before - last <= CONVERGED * before.abs() {
+                    break;
                 }
             }
         }

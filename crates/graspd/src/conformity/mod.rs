@@ -11,6 +11,7 @@ mod field;
 mod fit;
 mod linearization;
 mod normal_matrix;
+mod patches;
 mod projection;
 mod settings;
 mod skin;

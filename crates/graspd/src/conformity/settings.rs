@@ -305,6 +305,11 @@ impl Stage {
         }
     }
 
+    /// Whether all iterations have the same cost.
+    pub(super) fn is_constant(&self) -> bool {
+        self.reach[0] == self.reach[1]
+    }
+
     /// Skin farther from the object than this costs nothing at any iteration \[m\].
     pub(super) fn farthest(&self) -> f64 {
         let ends = self.reach.map(|reach| {

@@ -17,9 +17,18 @@ const BURIED_PROBE: f64 = 1e-6;
 
 /// One point, by its place in a face.
 #[derive(Clone, Copy, Debug)]
-struct Place {
-    corners: [u32; 3],
-    shares: [f64; 3],
+pub(super) struct Place {
+    pub(super) corners: [u32; 3],
+    pub(super) shares: [f64; 3],
+}
+
+impl Place {
+    /// Where it is, of the surface's vertices as posed.
+    #[inline]
+    pub(super) fn at(&self, vertices: &[Point3<f64>]) -> Vector3<f64> {
+        let [a, b, c] = self.corners.map(|v| vertices[v as usize].coords);
+        a * self.shares[0] + b * self.shares[1] + c * self.shares[2]
+    }
 }
 
 /// Points spread evenly over the outer surface of a hand: each stands for the same area of the open hand.
@@ -109,9 +118,7 @@ impl SkinSamples {
     /// Where a point is, of the surface's vertices as posed.
     #[inline]
     pub(super) fn position(&self, vertices: &[Point3<f64>], point: usize) -> Vector3<f64> {
-        let place = &self.places[point];
-        let [a, b, c] = place.corners.map(|v| vertices[v as usize].coords);
-        a * place.shares[0] + b * place.shares[1] + c * place.shares[2]
+        self.places[point].at(vertices)
     }
 
     /// The outward unit normal at a point: that of its face, and 0 for a face without an area, which faces nowhere.
@@ -155,10 +162,17 @@ impl SkinSamples {
         pull
     }
 
-    /// Leaves out all points but those of these numbers.
-    pub(super) fn keep(&mut self, is_kept: impl Fn(usize) -> bool) {
-        let mut number = 0..;
-        self.places.retain(|_| number.next().is_some_and(&is_kept));
+    /// The points of these numbers alone.
+    pub(super) fn only(&self, points: &[usize]) -> Self {
+        Self {
+            places: points.iter().map(|point| self.places[*point]).collect(),
+            area: self.area,
+        }
+    }
+
+    /// The places, in an order that may be changed.
+    pub(super) fn places_mut(&mut self) -> &mut [Place] {
+        &mut self.places
     }
 }
 
