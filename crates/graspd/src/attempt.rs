@@ -2,6 +2,7 @@
 
 use std::time::Instant;
 
+use graspd_geom::SurfaceSampler;
 use graspd_hand::{Hand, HandPose};
 use rayon::prelude::*;
 
@@ -10,7 +11,7 @@ use crate::annealing::{AnnealingSettings, anneal};
 use crate::conformity::{FittedHand, HandFitter};
 use crate::object::GraspObject;
 use crate::preset::SynthesisSettings;
-use crate::run::{RunObserver, TrajectoryPoint, draw_start};
+use crate::run::{RunObserver, TrajectoryPoint, draw_start_at};
 use crate::start::start_rng;
 use crate::synthesis::{Losses, Synthesis, synthesize};
 
@@ -18,6 +19,7 @@ use crate::synthesis::{Losses, Synthesis, synthesize};
 #[derive(Clone, Copy)]
 pub(crate) struct Job<'a> {
     pub(crate) object: &'a GraspObject,
+    pub(crate) surface: &'a SurfaceSampler<'a>,
     pub(crate) hand: &'a dyn Hand,
     pub(crate) settings: &'a SynthesisSettings,
     pub(crate) seed: u64,
@@ -37,14 +39,22 @@ pub(crate) struct Attempt {
 }
 
 impl Job<'_> {
-    fn start(&self, number: usize) -> Result<HandPose, GraspError> {
-        draw_start(self.object, self.hand, self.settings, self.seed, number)
+    fn start(&self, number: usize) -> HandPose {
+        let Job {
+            surface,
+            object,
+            hand,
+            settings,
+            seed,
+            ..
+        } = *self;
+        draw_start_at(surface, object, hand, settings, seed, number)
     }
 
     /// Simulated annealing, the baseline.
     pub(crate) fn anneal(&self, annealing: &AnnealingSettings) -> Result<Attempt, GraspError> {
         let started = Instant::now();
-        let start = self.start(self.index)?;
+        let start = self.start(self.index);
         let name = format!("{}, annealing", self.hand.name());
         let mut rng = start_rng(self.seed, &self.object.source.name, &name, self.index);
         let mut observe = |step: usize| self.observer.step(self.index, step);
@@ -70,7 +80,7 @@ impl Job<'_> {
     /// The paper's optimisation, from the start of this number.
     pub(crate) fn simulate_from_start(&self) -> Result<Attempt, GraspError> {
         let started = Instant::now();
-        let mut attempt = self.simulate(self.start(self.index)?)?;
+        let mut attempt = self.simulate(self.start(self.index))?;
         attempt.seconds = started.elapsed().as_secs_f64();
         Ok(attempt)
     }
@@ -140,21 +150,48 @@ impl Job<'_> {
     fn candidates(&self, fitter: &HandFitter<'_>) -> Result<(Vec<FittedHand>, f64), GraspError> {
         let sdf = self.object.simulated.sdf();
         let first = self.index.saturating_mul(fitter.candidates());
-        let fit = |candidate: usize| {
-            let started = Instant::now();
-            let fitted = fitter.coarse(sdf, &self.start(first.saturating_add(candidate))?);
+        let starts = (0..fitter.candidates()).map(|candidate| first.saturating_add(candidate));
+        let starts: Vec<usize> = starts.collect();
+        let rated = |fitted: FittedHand| {
             let rating = fitter.rating(&fitted, fitter.closure(self.object, &fitted)?);
-            Ok(((rating, fitted), started.elapsed().as_secs_f64()))
+            Ok((rating, fitted))
         };
-        let fitted = (0..fitter.candidates()).into_par_iter().map(fit);
-        let (mut fitted, seconds): (Vec<(f64, FittedHand)>, Vec<f64>) = fitted
-            .collect::<Result<Vec<_>, GraspError>>()?
-            .into_iter()
-            .unzip();
+        let (fitted, seconds) = if fitter.promising() < fitter.candidates() {
+            let near = |start: &usize| Ok(fitter.coarse_from_afar(sdf, &self.start(*start)));
+            let (mut near, before) = timed(&starts, near)?;
+            near.sort_by(|a, b| a.cost.total_cmp(&b.cost));
+            near.truncate(fitter.promising());
+            let (fitted, seconds) =
+                timed(&near, |near| rated(fitter.coarse_close_by(sdf, &near.pose)))?;
+            (fitted, before + seconds)
+        } else {
+            timed(&starts, |start| {
+                rated(fitter.coarse(sdf, &self.start(*start)))
+            })?
+        };
+        let mut fitted: Vec<(f64, FittedHand)> = fitted;
         fitted.sort_by(|a, b| a.0.total_cmp(&b.0));
-        let fitted = fitted.into_iter().map(|(_, fitted)| fitted).collect();
-        Ok((fitted, seconds.iter().sum()))
+        Ok((
+            fitted.into_iter().map(|(_, fitted)| fitted).collect(),
+            seconds,
+        ))
     }
+}
+
+/// Makes something of each item, in parallel; and the seconds that all took in sum.
+fn timed<T: Sync, R: Send>(
+    items: &[T],
+    make: impl Fn(&T) -> Result<R, GraspError> + Sync,
+) -> Result<(Vec<R>, f64), GraspError> {
+    let made = items.par_iter().map(|item| {
+        let started = Instant::now();
+        Ok((make(item)?, started.elapsed().as_secs_f64()))
+    });
+    let (made, seconds): (Vec<R>, Vec<f64>) = made
+        .collect::<Result<Vec<_>, GraspError>>()?
+        .into_iter()
+        .unzip();
+    Ok((made, seconds.iter().sum()))
 }
 
 /// Whether the optimisation ended in numbers; infinite ones become NaN within a step or two.

@@ -108,23 +108,41 @@ pub fn draw_start(
     seed: u64,
     index: usize,
 ) -> Result<HandPose, GraspError> {
-    let surface =
-        SurfaceSampler::new(&object.source.mesh).ok_or_else(|| GeometryError::NoVolume {
+    let surface = surface_of(object)?;
+    Ok(draw_start_at(&surface, object, hand, settings, seed, index))
+}
+
+/// What starts are drawn from.
+fn surface_of(object: &GraspObject) -> Result<SurfaceSampler<'_>, GraspError> {
+    SurfaceSampler::new(&object.source.mesh).ok_or_else(|| {
+        GraspError::from(GeometryError::NoVolume {
             name: object.source.label(),
-        })?;
+        })
+    })
+}
+
+/// [`draw_start`] with the object's surface at hand.
+pub(crate) fn draw_start_at(
+    surface: &SurfaceSampler<'_>,
+    object: &GraspObject,
+    hand: &dyn Hand,
+    settings: &SynthesisSettings,
+    seed: u64,
+    index: usize,
+) -> HandPose {
     let standoff = settings.real_length(settings.standoff);
     let mut rng = start_rng(seed, &object.source.name, hand.name(), index);
     let simulation = settings.simulation();
     let mut scene = Scene::<f64>::new(hand, &object.simulated, &simulation);
-    let mut pose = initial_pose(hand, &surface, standoff, &mut rng);
+    let mut pose = initial_pose(hand, surface, standoff, &mut rng);
     for _ in 0..MOST_REDRAWS {
         scene.place(&pose);
         if scene.closest_distance() > 0.0 {
             break;
         }
-        pose = initial_pose(hand, &surface, standoff, &mut rng);
+        pose = initial_pose(hand, surface, standoff, &mut rng);
     }
-    Ok(pose)
+    pose
 }
 
 /// Synthesises, judges and ranks `run.count` grasps in parallel, on rayon's current thread pool.
@@ -171,6 +189,7 @@ pub fn surface_at_rest(hand: &dyn Hand) -> TriangleMesh {
 /// [`synthesize_grasps`] makes all of a run's; this is for who wants some of them, or each as soon as it is done.
 pub struct GraspMaker<'a> {
     object: &'a GraspObject,
+    surface: SurfaceSampler<'a>,
     judged: ObjectUnderTest,
     hand: &'a dyn Hand,
     fitter: Option<HandFitter<'a>>,
@@ -201,6 +220,7 @@ impl<'a> GraspMaker<'a> {
             .transpose()?;
         Ok(Self {
             object,
+            surface: surface_of(object)?,
             judged,
             hand,
             fitter,
@@ -224,6 +244,7 @@ impl<'a> GraspMaker<'a> {
         let (fitter, judged) = (self.fitter.as_ref(), &self.judged);
         let job = Job {
             object,
+            surface: &self.surface,
             hand,
             settings,
             seed: run.seed,

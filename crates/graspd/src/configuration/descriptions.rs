@@ -68,6 +68,7 @@ const PARAMETERS: &[(&str, &str, &str)] = &[
     ("settings.relaxation", "", PAPER_3),
     ("settings.constraint_method", "", OPTIMISER),
     ("settings.conformity.candidates", "starts", OWN),
+    ("settings.conformity.promising", "starts", OWN),
     ("settings.conformity.finalists", "starts", OWN),
     ("settings.conformity.imbalance_discount", "", OWN),
     ("settings.conformity.closure_discount", "", OWN),

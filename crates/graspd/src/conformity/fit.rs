@@ -153,6 +153,11 @@ impl<'a> HandFitter<'a> {
         self.settings.candidates
     }
 
+    /// How many of them, by the first part of the coarse fit, go through the second.
+    pub fn promising(&self) -> usize {
+        self.settings.promising
+    }
+
     /// How many of them are tried at most until one ends shallow enough.
     pub fn finalists(&self) -> usize {
         self.settings.finalists
@@ -167,6 +172,18 @@ impl<'a> HandFitter<'a> {
     pub fn coarse(&self, sdf: &SdfGrid, start: &HandPose) -> FittedHand {
         let stages = self.settings.coarse_stages(self.is_rigid());
         self.run(sdf, &self.coarse, &self.coarse_core, &stages, start)
+    }
+
+    /// The first part of the coarse fit alone.
+    pub fn coarse_from_afar(&self, sdf: &SdfGrid, start: &HandPose) -> FittedHand {
+        let [from_afar, _] = self.settings.coarse_stages(self.is_rigid());
+        self.run(sdf, &self.coarse, &self.coarse_core, &[from_afar], start)
+    }
+
+    /// The second part of the coarse fit alone.
+    pub fn coarse_close_by(&self, sdf: &SdfGrid, start: &HandPose) -> FittedHand {
+        let [_, close_by] = self.settings.coarse_stages(self.is_rigid());
+        self.run(sdf, &self.coarse, &self.coarse_core, &[close_by], start)
     }
 
     /// Fits a hand that touches already.

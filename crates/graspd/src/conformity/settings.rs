@@ -11,6 +11,8 @@ use crate::GraspError;
 pub struct ConformitySettings {
     /// Starts that are tried for each grasp; the one that a coarse fit makes touch most is kept.
     pub candidates: usize,
+    /// How many of these, those of least cost after the first part of the coarse fit, go through its second.
+    pub promising: usize,
     /// How many of these, from the best on, are taken to the end at most: as long as none is shallow enough.
     pub finalists: usize,
     /// By how much a coarse fit that presses on one side only counts less than one that presses evenly from all sides,
@@ -74,6 +76,7 @@ impl Default for ConformitySettings {
     fn default() -> Self {
         Self {
             candidates: 8,
+            promising: 8,
             finalists: 8,
             imbalance_discount: 0.0,
             closure_discount: 0.5,
@@ -129,6 +132,7 @@ impl ConformitySettings {
         };
         for (field, count) in [
             ("conformity.candidates", self.candidates),
+            ("conformity.promising", self.promising),
             ("conformity.finalists", self.finalists),
         ] {
             check(field, count as f64, count >= 1, "at least 1")?;
