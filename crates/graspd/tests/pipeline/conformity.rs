@@ -21,6 +21,7 @@ fn quick() -> ConformitySettings {
         fine_samples: 600,
         core_samples: [300, 700],
         dense_samples: [20_000, 20_000],
+        densest_samples: [20_000, 40_000],
         ..ConformitySettings::default()
     }
 }
@@ -123,6 +124,19 @@ fn the_projection_bounds_the_depth_and_keeps_the_contact() {
     let source = NamedMesh::load("can", 1.0).unwrap();
     let can = GraspObject::prepare(source, 96, 1000.0, &|_| {}).unwrap();
     let sdf = can.simulated.sdf();
+    // And so has the fit to be: from 3 mm deep no hand comes back with its contact.
+    let settings = ConformitySettings {
+        fine_samples: 3000,
+        core_samples: [300, 3000],
+        ..settings
+    };
+    let fitter = HandFitter::new(&*HAND, &settings).unwrap();
+    let idle = ConformitySettings {
+        projection_iterations: 0,
+        retreat_iterations: 0,
+        ..settings.clone()
+    };
+    let idle = HandFitter::new(&*HAND, &idle).unwrap();
     let (mut area_before, mut area_after) = (0.0, 0.0);
     for index in 0..4 {
         let fitted = fitter.fine(sdf, &fitter.coarse(sdf, &start(&*HAND, index)).pose);
