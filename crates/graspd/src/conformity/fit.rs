@@ -249,7 +249,7 @@ impl<'a> HandFitter<'a> {
                 }
             }
         }
-        fitted(skin, pose, &placement, last)
+        fitted(skin, pose, &placement, last / skin.density())
     }
 }
 

@@ -113,6 +113,7 @@ impl<'a> PoseCost<'a> {
         farthest: f64,
     ) -> Self {
         let joints = hand.open_articulation().len();
+        let posture_weight = skin.density() * settings.posture_weight;
         // Coefficients of hands in MANO's layout are counted from the relaxed hand.
         let relaxed_at_zero = hand.mano_shape().is_some();
         let posture = (0..joints).map(|joint| match hand.limits() {
@@ -121,9 +122,9 @@ impl<'a> PoseCost<'a> {
                 let range = limit.range().max(LEAST_RANGE);
                 let middle = if relaxed_at_zero { 0.0 } else { limit.middle() };
                 // An unlimited joint has no preference.
-                (middle, settings.posture_weight / (range * range))
+                (middle, posture_weight / (range * range))
             }
-            None => (0.0, settings.posture_weight),
+            None => (0.0, posture_weight),
         });
         Self {
             hand,
@@ -132,7 +133,8 @@ impl<'a> PoseCost<'a> {
             core,
             horizon: farthest.max(TOUCHING),
             posture: posture.collect(),
-            intersection_factor: settings.intersection_weight / INTERSECTION_UNIT.powi(2),
+            intersection_factor: skin.density() * settings.intersection_weight
+                / INTERSECTION_UNIT.powi(2),
             matrix: NormalMatrix::new(hand.row_basis(), joints),
             pulls: Vec::new(),
             terms: Vec::new(),
@@ -276,7 +278,7 @@ impl<'a> PoseCost<'a> {
         let overlap: f64 = overlaps.iter().map(|o| o.depth * o.depth).sum();
         let cut = placement.balls.iter().filter(|ball| ball.lack > 0.0);
         let core: f64 = cut.map(|ball| cost.core_value(ball.lack)).sum();
-        skin + core + posture + self.intersection_factor * overlap
+        skin + self.skin.density() * core + posture + self.intersection_factor * overlap
     }
 
     /// The Gauss-Newton matrix and the gradient of the cost by (translation, rotation vector in the object frame,
@@ -298,6 +300,7 @@ impl<'a> PoseCost<'a> {
         }
         for (number, ball) in placement.balls.iter().enumerate() {
             let (slope, weight) = cost.core_slope_and_weight(ball.lack);
+            let (slope, weight) = (slope * self.skin.density(), weight * self.skin.density());
             if weight > 0.0 {
                 let vertices = &placement.hand.vertices;
                 self.pulls

@@ -35,16 +35,13 @@ impl HandFitter<'_> {
         let stage = self.settings.projection_stage(is_rigid);
         let mut best = self.run(&field, &near, &self.fine_core, &[stage], start);
         let mut close = self.close_skin(&field, &mut best);
-        // Costs are in points of the skin.
-        let points = self.dense.area() / self.densest.area();
         for round in 0..RETREATS {
             if best.deepest <= self.settings.deepest_of(is_rigid) + NEARLY {
                 break;
             }
             let farther = round as f64 * FARTHER;
-            let stage = self.settings.retreat_stage(is_rigid, farther, points);
+            let stage = self.settings.retreat_stage(is_rigid, farther);
             let mut next = self.run(&field, &close, &self.fine_core, &[stage], &best.pose);
-            next.cost /= points;
             close = self.close_skin(&field, &mut next);
             if next.deepest >= best.deepest {
                 break;
@@ -60,6 +57,6 @@ impl HandFitter<'_> {
         let (close, distances) = self.densest.nearer_than(CLOSE, field, &vertices);
         let depths = distances.iter().map(|distance| -distance);
         fitted.deepest = depths.fold(fitted.deepest, f64::max);
-        close
+        close.with_density(self.dense.area() / self.densest.area())
     }
 }

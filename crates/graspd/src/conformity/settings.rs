@@ -243,10 +243,9 @@ impl ConformitySettings {
         Stage::new(self.projection_iterations, [self.reach[4]; 2], cost)
     }
 
-    /// The one for where that leaves some skin too deep: to a depth less than what is asked for by `farther` \[m\]; of
-    /// `points` times as many points.
-    pub(super) fn retreat_stage(&self, is_rigid: bool, farther: f64, points: f64) -> Stage {
-        let core_weight = points * RETREAT * self.core_weights[3];
+    /// The one for where that leaves some skin too deep: to a depth less than what is asked for by `farther` \[m\].
+    pub(super) fn retreat_stage(&self, is_rigid: bool, farther: f64) -> Stage {
+        let core_weight = RETREAT * self.core_weights[3];
         let cost = self.cost(is_rigid, self.deep_weights[3], core_weight);
         let cost = SkinCost {
             limit_factor: self.factor(RETREAT * self.limit_weight),

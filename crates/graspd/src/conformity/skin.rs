@@ -37,6 +37,8 @@ pub struct SkinSamples {
     places: Vec<Place>,
     /// The area that each point stands for \[m^2\].
     area: f64,
+    /// So many of them are worth one where something else is counted in points.
+    density: f64,
 }
 
 impl SkinSamples {
@@ -79,6 +81,7 @@ impl SkinSamples {
         Self {
             places: places.collect(),
             area: surface.area() / points.len().max(1) as f64,
+            density: 1.0,
         }
     }
 
@@ -167,7 +170,17 @@ impl SkinSamples {
         Self {
             places: points.iter().map(|point| self.places[*point]).collect(),
             area: self.area,
+            density: self.density,
         }
+    }
+
+    /// The same, so many of which are worth one.
+    pub(super) fn with_density(self, density: f64) -> Self {
+        Self { density, ..self }
+    }
+
+    pub(super) fn density(&self) -> f64 {
+        self.density
     }
 
     /// The places, in an order that may be changed.
