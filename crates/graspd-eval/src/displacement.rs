@@ -1,6 +1,7 @@
 //! Simulation displacement: how far the object moves under independent physics while the hand is fixed.
 
 mod body;
+mod clearing;
 mod climbing;
 #[cfg(test)]
 mod climbing_shape;

@@ -12,8 +12,8 @@
 use parry3d_f64::math::Vector;
 use parry3d_f64::shape::{SupportMap, TriMesh};
 
+use super::clearing::{Clearing, CrossingEdges};
 use super::climbing::ClimbingPolyhedron;
-use super::sides::{Clearing, CrossingEdges};
 
 /// Lengths that differ by less than this \[m\] are equal but for rounding.
 const ROUNDING: f64 = 1e-9;

@@ -11,6 +11,7 @@ use std::sync::LazyLock;
 use super::core::{HandCore, HandSolids};
 use super::field::{Answer, DistanceField, ExactNearSurface, LookUpScratch, Query};
 use super::linearization::{Placement, PoseCost};
+use super::patches::SkinPatches;
 use super::settings::ConformitySettings;
 use super::skin::SkinSamples;
 use crate::run::surface_at_rest;
@@ -207,4 +208,63 @@ fn pulls_are_what_points_of_skin_and_balls_move_along() {
             );
         }
     }
+}
+
+#[test]
+fn patches_leave_out_no_point_that_is_near() {
+    // The mesh itself: what a grid adds to a distance is the grid's.
+    let (mesh, grid) = &*MUG;
+    let exact = ExactNearSurface {
+        grid,
+        mesh,
+        band: 1.0,
+    };
+    let mut random = ChaCha8Rng::seed_from_u64(11);
+    for name in ["allegro", "human"] {
+        let hand = builtin_hand(name).expect("it is built in");
+        let surface = surface_at_rest(&*hand);
+        let patches = SkinPatches::on(&surface, 4000);
+        for distance in [2e-3, 1e-4, -1e-3] {
+            let vertices = hand.surface(&at(&*hand, 0.06, &mut random)).vertices;
+            let (everything, distances) = patches.nearer_than(1.0, &exact, &vertices);
+            assert!(distances.len() >= 4000);
+            let expected = distances.iter().filter(|d| **d < distance).count();
+            let (near, found) = patches.nearer_than(distance, &exact, &vertices);
+            assert_eq!((near.len(), found.len()), (expected, expected), "{name}");
+            assert!(found.iter().all(|d| *d < distance));
+            // Every point of the surface is there once.
+            let mut places: Vec<_> = (0..everything.len())
+                .map(|point| everything.position(&vertices, point))
+                .collect();
+            places.sort_by(|a, b| a.x.total_cmp(&b.x));
+            assert!(places.windows(2).filter(|pair| pair[0] == pair[1]).count() < 10);
+        }
+    }
+}
+
+#[test]
+fn denser_points_count_for_less() {
+    let settings = ConformitySettings::default();
+    let (_, grid) = &*MUG;
+    let hand = builtin_hand("allegro").expect("it is built in");
+    let solids = HandSolids::new(&*hand).unwrap();
+    let skin = SkinSamples::on(&solids.open, &solids.open_distance, 500);
+    let core = HandCore::new(&solids, 500);
+    let mut random = ChaCha8Rng::seed_from_u64(3);
+    let pose = at(&*hand, 0.05, &mut random);
+    let [stage, _] = settings.fine_stages(true);
+    let cost = stage.cost(0);
+    // Without the skin, all is so many times as much.
+    let rest = |density: f64| {
+        let none = skin.only(&[]).with_density(density);
+        let mut cost_of = PoseCost::new(&*hand, grid, &none, &core, &settings, stage.farthest());
+        let mut placement = Placement::default();
+        cost_of.place(&pose, None, &mut placement);
+        let (matrix, gradient) = cost_of.normal_equations(&pose, &placement, &cost);
+        (cost_of.value(&pose, &placement, &cost), matrix, gradient)
+    };
+    let ((one, matrix, gradient), (five, larger, steeper)) = (rest(1.0), rest(5.0));
+    assert!(one > 0.0 && (five - 5.0 * one).abs() < 1e-9 * five);
+    assert!((larger - matrix * 5.0).amax() < 1e-6);
+    assert!((steeper - gradient * 5.0).amax() < 1e-6);
 }
