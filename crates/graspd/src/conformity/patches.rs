@@ -11,8 +11,6 @@ use super::skin::{Place, SkinSamples};
 const MOST_POINTS: usize = 32;
 /// Faces of skin become at most this much longer when it moves; rigid ones do not.
 const STRETCH: f64 = 1.5;
-/// Between its samples a distance grid is right to this \[m\], by far.
-const ROUGH: f64 = 5e-4;
 
 /// Points next to each other in one face.
 #[derive(Clone, Debug)]
@@ -56,17 +54,18 @@ impl SkinPatches {
         self.skin.area()
     }
 
-    /// The points that are nearer to the object than this, of a hand with these vertices.
+    /// The points that are nearer to the object than this, of a hand with these vertices; by a field whose distances are off by up
+    /// to `off` \[m\].
     pub(super) fn nearer_than(
         &self,
         distance: f64,
-        field: &dyn DistanceField,
+        (field, off): (&dyn DistanceField, f64),
         vertices: &[Point3<f64>],
     ) -> (SkinSamples, Vec<f64>) {
         let middles = self.patches.iter().map(|patch| patch.middle.at(vertices));
         let answers = look_up(field, middles);
         let near = (self.patches.iter().zip(&answers))
-            .filter(|(patch, answer)| answer.distance < distance + patch.radius + ROUGH);
+            .filter(|(patch, answer)| answer.distance < distance + patch.radius + 2.0 * off);
         let points: Vec<usize> = near
             .flat_map(|(patch, _)| patch.first..patch.last)
             .collect();

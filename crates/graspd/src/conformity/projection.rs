@@ -2,6 +2,7 @@
 
 use graspd_geom::{SdfGrid, SignedDistance};
 use graspd_hand::HandPose;
+use nalgebra::Vector3;
 
 use super::field::ExactNearSurface;
 use super::fit::{FittedHand, HandFitter};
@@ -31,7 +32,9 @@ impl HandFitter<'_> {
             band: EXACT,
         };
         let vertices = |pose| self.hand.surface(pose).vertices;
-        let (near, _) = self.dense.nearer_than(NEAR, sdf, &vertices(start));
+        let (near, _) = self
+            .dense
+            .nearer_than(NEAR, (sdf, off(sdf)), &vertices(start));
         let stage = self.settings.projection_stage(is_rigid);
         let mut best = self.run(&field, &near, &self.fine_core, &[stage], start);
         let mut close = self.close_skin(&field, &mut best);
@@ -54,9 +57,16 @@ impl HandFitter<'_> {
     /// Looks for what is deepest by all points, and returns those that touch or nearly so.
     fn close_skin(&self, field: &ExactNearSurface, fitted: &mut FittedHand) -> SkinSamples {
         let vertices = self.hand.surface(&fitted.pose).vertices;
-        let (close, distances) = self.densest.nearer_than(CLOSE, field, &vertices);
+        let (close, distances) =
+            self.densest
+                .nearer_than(CLOSE, (field, off(field.grid)), &vertices);
         let depths = distances.iter().map(|distance| -distance);
         fitted.deepest = depths.fold(fitted.deepest, f64::max);
         close.with_density(self.dense.area() / self.densest.area())
     }
+}
+
+/// Between its samples a grid is a mean of distances that far away \[m\]: by no more can it be off.
+fn off(grid: &SdfGrid) -> f64 {
+    0.5 * Vector3::from(grid.spacing()).norm()
 }

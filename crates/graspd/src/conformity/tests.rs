@@ -226,10 +226,10 @@ fn patches_leave_out_no_point_that_is_near() {
         let patches = SkinPatches::on(&surface, 4000);
         for distance in [2e-3, 1e-4, -1e-3] {
             let vertices = hand.surface(&at(&*hand, 0.06, &mut random)).vertices;
-            let (everything, distances) = patches.nearer_than(1.0, &exact, &vertices);
+            let (everything, distances) = patches.nearer_than(1.0, (&exact, 0.0), &vertices);
             assert!(distances.len() >= 4000);
             let expected = distances.iter().filter(|d| **d < distance).count();
-            let (near, found) = patches.nearer_than(distance, &exact, &vertices);
+            let (near, found) = patches.nearer_than(distance, (&exact, 0.0), &vertices);
             assert_eq!((near.len(), found.len()), (expected, expected), "{name}");
             assert!(found.iter().all(|d| *d < distance));
             // Every point of the surface is there once.
