@@ -156,7 +156,7 @@ impl Job<'_> {
             let rating = fitter.rating(&fitted, fitter.closure(self.object, &fitted)?);
             Ok((rating, fitted))
         };
-        let (fitted, seconds) = if fitter.promising() < fitter.candidates() {
+        let (mut fitted, seconds) = if fitter.promising() < fitter.candidates() {
             let near = |start: &usize| Ok(fitter.coarse_from_afar(sdf, &self.start(*start)));
             let (mut near, before) = timed(&starts, near)?;
             near.sort_by(|a, b| a.cost.total_cmp(&b.cost));
@@ -169,7 +169,6 @@ impl Job<'_> {
                 rated(fitter.coarse(sdf, &self.start(*start)))
             })?
         };
-        let mut fitted: Vec<(f64, FittedHand)> = fitted;
         fitted.sort_by(|a, b| a.0.total_cmp(&b.0));
         Ok((
             fitted.into_iter().map(|(_, fitted)| fitted).collect(),

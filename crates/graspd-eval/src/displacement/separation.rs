@@ -1,10 +1,11 @@
-//! Which triangles of a hand a convex piece cannot have contacts with, found out before the engine computes where it touches.
+//! Which triangles of a hand a convex piece cannot have contacts with, and the shortest way out of the others.
 //!
 //! The engine looks at every triangle about a piece, and 49 of 50 have no contacts in the end: they are too far away, or the
 //! shortest way out of the overlap leads through their back, which is no contact of a closed surface. The first costs
 //! the engine a search for the closest points each time, the second an expanding polytope on top of it. Both follow from the
 //! few directions that can be the one of least overlap of two polyhedra: their faces' normals, and the products of those of
-//! their edges that meet as edges of their Minkowski difference do.
+//! their edges that meet as edges of their Minkowski difference do. Where both overlap, the shortest of these ways is what the engine's
+//! polytope would find.
 //!
 //! # Source
 //! The test for edges: D. Gregorius, "The separating axis test between convex polyhedra", Game Developers Conference 2013.
