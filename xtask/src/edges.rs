@@ -21,25 +21,33 @@ enum Allowed {
 /// Crates in the order of their layers; development dependencies are free as long as they make no cycle.
 const LAYERS: &[(&str, Allowed)] = &[
     ("graspd-ad", Allowed::Workspace(&[])),
-    ("graspd-geom", Allowed::Workspace(&["graspd-ad"])),
+    ("graspd-settings", Allowed::Workspace(&[])),
+    (
+        "graspd-geom",
+        Allowed::Workspace(&["graspd-ad", "graspd-settings"]),
+    ),
     (
         "graspd-hand",
-        Allowed::Workspace(&["graspd-ad", "graspd-geom"]),
+        Allowed::Workspace(&["graspd-ad", "graspd-settings", "graspd-geom"]),
     ),
     // The judge shares no contact code with the judged.
     (
         "graspd-eval",
-        Allowed::Workspace(&["graspd-ad", "graspd-geom"]),
+        Allowed::Workspace(&["graspd-ad", "graspd-settings", "graspd-geom"]),
     ),
-    ("graspd-opt", Allowed::Workspace(&["graspd-ad"])),
+    (
+        "graspd-opt",
+        Allowed::Workspace(&["graspd-ad", "graspd-settings"]),
+    ),
     (
         "graspd-sim",
-        Allowed::Workspace(&["graspd-ad", "graspd-geom", "graspd-hand"]),
+        Allowed::Workspace(&["graspd-ad", "graspd-settings", "graspd-geom", "graspd-hand"]),
     ),
     (
         "graspd",
         Allowed::Workspace(&[
             "graspd-ad",
+            "graspd-settings",
             "graspd-geom",
             "graspd-hand",
             "graspd-sim",

@@ -1,5 +1,7 @@
 //! What can go wrong when a grasp is judged.
 
+use graspd_settings::OutOfRange;
+
 /// Why a grasp or an object could not be evaluated.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum EvaluationError {
@@ -35,15 +37,8 @@ pub enum EvaluationError {
         fault: String,
     },
     /// A setting lies outside the range in which it makes sense.
-    #[error("setting `{field}` is {value}, but must be {allowed}")]
-    BadSetting {
-        /// The field of the settings struct.
-        field: &'static str,
-        /// Its value.
-        value: f64,
-        /// What is allowed.
-        allowed: &'static str,
-    },
+    #[error(transparent)]
+    Setting(#[from] OutOfRange),
     /// The physics engine produced a pose that is not a finite number.
     #[error(
         "the displacement simulation diverged at step {step}; report this grasp as unstable or lower `time_step`"

@@ -3,6 +3,7 @@
 use std::sync::OnceLock;
 
 use graspd_geom::{DiskCache, MassProperties, SignedDistance, TriangleMesh};
+use graspd_settings::Validate;
 use nalgebra::{Matrix3, Point3};
 use serde::{Deserialize, Serialize};
 

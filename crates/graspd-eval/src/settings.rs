@@ -2,6 +2,7 @@
 
 use std::str::FromStr;
 
+use graspd_settings::{Ranges, Validate, between, ranges};
 use serde::{Deserialize, Serialize};
 
 use crate::EvaluationError;
@@ -152,59 +153,29 @@ impl Default for EvaluationSettings {
     }
 }
 
-impl EvaluationSettings {
-    /// Checks that every field lies in its range.
-    ///
-    /// # Errors
-    /// [`EvaluationError::BadSetting`] with the first field that does not.
-    pub fn validate(&self) -> Result<(), EvaluationError> {
-        let check = |field, value: f64, low: f64, high: f64, allowed| {
-            if (low..=high).contains(&value) {
-                Ok(())
-            } else {
-                Err(EvaluationError::BadSetting {
-                    field,
-                    value,
-                    allowed,
-                })
-            }
-        };
-        // Below a tenth of a millimetre the voxels of one hand fill the memory.
-        let size = self.voxel_size;
-        check(
-            "voxel_size",
-            size,
-            1e-4,
-            1e-1,
-            "between 0.0001 and 0.1 (metres)",
-        )?;
-        let near = "between -0.01 and 0.01 (metres)";
-        check(
-            "contact_threshold",
-            self.contact_threshold,
-            -0.01,
-            0.01,
-            near,
-        )?;
-        let near = "between 0 and 0.01 (metres)";
-        check("contact_tolerance", self.contact_tolerance, 0.0, 0.01, near)?;
-        check("friction", self.friction, 0.0, 10.0, "between 0 and 10")?;
-        let edges = self.friction_edges as f64;
-        check("friction_edges", edges, 3.0, 64.0, "between 3 and 64")?;
-        let torsional = self.torsional_friction;
-        let range = "between 0 and 1 (metres)";
-        check("torsional_friction", torsional, 0.0, 1.0, range)?;
-        if let Some(scale) = self.torque_scale {
-            let range = "between 0.0001 and 100 (metres)";
-            check("torque_scale", scale, 1e-4, 100.0, range)?;
+impl Validate for EvaluationSettings {
+    fn ranges(&self) -> Ranges {
+        ranges! { self =>
+            // Below a tenth of a millimetre the voxels of one hand fill the memory.
+            voxel_size: between(1e-4, 0.1).unit("m"),
+            contact_threshold: between(-0.01, 0.01).unit("m"),
+            contact_tolerance: between(0.0, 0.01).unit("m"),
+            friction: between(0.0, 10.0),
+            friction_edges: between(3.0, 64.0),
+            torsional_friction: between(0.0, 1.0).unit("m"),
+            torque_scale: between(1e-4, 100.0).unit("m"),
         }
-        let width = self.volume.relative_half_width;
-        let range = "between 0.0001 and 1";
-        check("volume.relative_half_width", width, 1e-4, 1.0, range)?;
-        self.displacement.validate()?;
-        self.shake.validate()
+        .with(
+            "volume.relative_half_width",
+            &self.volume.relative_half_width,
+            between(1e-4, 1.0),
+        )
+        .nested("displacement", &self.displacement)
+        .nested("shake", &self.shake)
     }
+}
 
+impl EvaluationSettings {
     /// Half the diagonal of a voxel \[m\].
     pub(crate) fn half_diagonal(&self) -> f64 {
         0.5 * 3.0_f64.sqrt() * self.voxel_size

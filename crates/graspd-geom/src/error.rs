@@ -2,6 +2,8 @@
 
 use std::path::PathBuf;
 
+use graspd_settings::OutOfRange;
+
 /// Why a mesh could not be read, written or used; each message is one line: the file, the fault, the remedy.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
@@ -201,16 +203,6 @@ pub enum GeometryError {
         /// Signed volume \[m^3\].
         volume: f64,
     },
-    /// A setting of the mesh repair is out of range.
-    #[error("the repair setting {field} is {value}; it must be {wanted}")]
-    RepairSetting {
-        /// The setting's name.
-        field: &'static str,
-        /// What it was set to.
-        value: f64,
-        /// What it may be.
-        wanted: &'static str,
-    },
     /// A grid's resolution is out of range.
     #[error("a grid of {dims:?} samples was asked for; each axis needs 2 to {max}")]
     GridResolution {
@@ -234,17 +226,8 @@ pub enum GeometryError {
         what: String,
     },
     /// A setting outside its range.
-    #[error("{name} is {value}, but must be {low} to {high}")]
-    Setting {
-        /// Name of the field.
-        name: &'static str,
-        /// Its value.
-        value: f64,
-        /// The least it may be.
-        low: f64,
-        /// The most it may be.
-        high: f64,
-    },
+    #[error(transparent)]
+    Setting(#[from] OutOfRange),
     /// Too few points to tell a surface.
     #[error("the cloud has {}, but a surface needs at least {least}; capture more views or thin the cloud less",
         count(*points, "point"))]

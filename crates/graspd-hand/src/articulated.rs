@@ -3,6 +3,7 @@
 use std::ops::Range;
 
 use graspd_geom::{Rigid, SignedDistance, TriangleMesh, Vec3};
+use graspd_settings::{Ranges, Validate, between, ranges};
 use nalgebra::Isometry3;
 
 use crate::contact_points::{self, SurfacePoint};
@@ -38,36 +39,12 @@ impl Default for HandOptions {
     }
 }
 
-impl HandOptions {
-    /// Checks that every option is in its range.
-    ///
-    /// # Errors
-    /// [`HandError::BadOption`] naming the option.
-    pub fn validate(&self) -> Result<(), HandError> {
-        let in_range = |option, value: usize, low: usize, high: usize, remedy| {
-            if (low..=high).contains(&value) {
-                return Ok(());
-            }
-            Err(HandError::BadOption {
-                option,
-                value: value.to_string(),
-                remedy,
-            })
-        };
-        in_range(
-            "contact_points",
-            self.contact_points,
-            8,
-            200_000,
-            "give 8 to 200000",
-        )?;
-        in_range(
-            "collision_spheres",
-            self.collision_spheres,
-            0,
-            1000,
-            "give 0 to 1000",
-        )
+impl Validate for HandOptions {
+    fn ranges(&self) -> Ranges {
+        ranges! { self =>
+            contact_points: between(8.0, 200_000.0),
+            collision_spheres: between(0.0, 1000.0),
+        }
     }
 }
 

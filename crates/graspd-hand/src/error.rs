@@ -2,6 +2,8 @@
 
 use std::path::PathBuf;
 
+use graspd_settings::OutOfRange;
+
 /// Why a hand could not be built or loaded.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
@@ -232,6 +234,9 @@ pub enum HandError {
         fault: String,
     },
     /// An option out of its range.
+    #[error(transparent)]
+    Option(#[from] OutOfRange),
+    /// An option that a hand does not have.
     #[error("option `{option}` is {value}; {remedy}")]
     BadOption {
         /// The option's name.

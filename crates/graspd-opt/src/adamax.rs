@@ -1,9 +1,9 @@
 //! Adam with the infinity norm.
 
 use graspd_ad::{Element, Real};
+use graspd_settings::{FRACTION, POSITIVE, Ranges, Validate, ranges};
 
 use crate::OptimizationError;
-use crate::error::{require_decay, require_positive};
 use crate::optimizer::{
     Apply, DecayPower, Move, Optimizer, ParameterGroup, Store, check_lengths, flush,
     smallest_moment,
@@ -30,15 +30,10 @@ impl Default for AdamaxSettings {
     }
 }
 
-impl AdamaxSettings {
-    /// Checks every field.
-    ///
-    /// # Errors
-    /// If a field is out of range; the error names it.
-    pub fn validate(&self) -> Result<(), OptimizationError> {
-        require_decay("Adamax beta1", self.beta1)?;
-        require_decay("Adamax beta2", self.beta2)?;
-        require_positive("Adamax epsilon", self.epsilon)
+impl Validate for AdamaxSettings {
+    fn ranges(&self) -> Ranges {
+        let decay = FRACTION.less_than(1.0);
+        ranges! { self => beta1: decay, beta2: decay, epsilon: POSITIVE }
     }
 }
 
@@ -73,10 +68,8 @@ impl<E: Element> Adamax<E> {
     /// If a setting is out of range, or epsilon is too small for the element type.
     pub fn new(len: usize, settings: AdamaxSettings) -> Result<Self, OptimizationError> {
         settings.validate()?;
-        require_positive(
-            "Adamax epsilon, rounded to the parameters' type,",
-            E::constant(settings.epsilon).lane(0),
-        )?;
+        let rounded = E::constant(settings.epsilon).lane(0);
+        POSITIVE.check("epsilon (rounded to the parameters' type)", &rounded)?;
         Ok(Self {
             mean: vec![E::zero(); len],
             largest: vec![E::zero(); len],

@@ -1,6 +1,7 @@
 //! One constraint with its Lagrange multiplier.
 
-use crate::error::{require, require_finite, require_positive};
+use graspd_settings::{FINITE, NOT_NEGATIVE, POSITIVE};
+
 use crate::{Adamax, AdamaxSettings, OptimizationError, Optimizer};
 
 /// What is asked of a constrained value.
@@ -149,16 +150,11 @@ impl Constraint {
     /// If the bound is not finite, the damping negative or the scale not positive; the error names it.
     pub fn validate(&self) -> Result<(), OptimizationError> {
         match self.bound {
-            Bound::EqualTo(target) => require_finite("constraint target", target)?,
-            Bound::LessThan(limit) => require_finite("constraint limit", limit)?,
+            Bound::EqualTo(target) => FINITE.check("constraint target", &target)?,
+            Bound::LessThan(limit) => FINITE.check("constraint limit", &limit)?,
         }
-        require_positive("constraint scale", self.scale)?;
-        require(
-            self.damping >= 0.0 && self.damping.is_finite(),
-            "constraint damping",
-            self.damping,
-            "finite and not negative",
-        )
+        POSITIVE.check("constraint scale", &self.scale)?;
+        Ok(NOT_NEGATIVE.check("constraint damping", &self.damping)?)
     }
 
     /// Forgets the multiplier and the slack: as if newly made.

@@ -1,20 +1,15 @@
 //! What can be wrong with the settings of an optimiser.
 
+use graspd_settings::OutOfRange;
+
 /// A setting that cannot work, with the value that was given.
 ///
 /// Not converging is no error: [`crate::Status`] tells it.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum OptimizationError {
     /// A number outside its range, or not a number at all.
-    #[error("{field} is {value}, but must be {requirement}")]
-    OutOfRange {
-        /// Which setting.
-        field: &'static str,
-        /// What it was set to.
-        value: f64,
-        /// What it has to be.
-        requirement: &'static str,
-    },
+    #[error(transparent)]
+    Setting(#[from] OutOfRange),
     /// A span of steps that ends before it has begun.
     #[error("{field} runs from step {start} to step {end}, but must end after it starts")]
     EmptySpan {
@@ -37,47 +32,4 @@ pub enum OptimizationError {
         /// Which argument.
         field: &'static str,
     },
-}
-
-/// An error unless `holds`.
-pub(crate) fn require(
-    holds: bool,
-    field: &'static str,
-    value: f64,
-    requirement: &'static str,
-) -> Result<(), OptimizationError> {
-    if holds {
-        Ok(())
-    } else {
-        Err(OptimizationError::OutOfRange {
-            field,
-            value,
-            requirement,
-        })
-    }
-}
-
-/// An error unless `value` is a positive finite number.
-pub(crate) fn require_positive(field: &'static str, value: f64) -> Result<(), OptimizationError> {
-    require(
-        value > 0.0 && value.is_finite(),
-        field,
-        value,
-        "positive and finite",
-    )
-}
-
-/// An error unless `value` is a finite number.
-pub(crate) fn require_finite(field: &'static str, value: f64) -> Result<(), OptimizationError> {
-    require(value.is_finite(), field, value, "finite")
-}
-
-/// An error unless `value` is a decay rate in [0, 1).
-pub(crate) fn require_decay(field: &'static str, value: f64) -> Result<(), OptimizationError> {
-    require(
-        (0.0..1.0).contains(&value),
-        field,
-        value,
-        "at least 0 and below 1",
-    )
 }

@@ -1,6 +1,7 @@
 //! The differential method of multipliers as a ready-made solver.
 
-use crate::error::{require, require_finite, require_positive};
+use graspd_settings::{FINITE, NOT_NEGATIVE, POSITIVE, Ranges, Validate, ranges};
+
 use crate::{Constraint, OptimizationError, OptimizerKind, Schedule};
 
 /// A differentiable function: returns its value at the first argument and writes its gradient to the second.
@@ -37,19 +38,9 @@ impl Default for MdmmSettings {
     }
 }
 
-impl MdmmSettings {
-    /// Checks every field.
-    ///
-    /// # Errors
-    /// If a field is out of range; the error names it.
-    pub fn validate(&self) -> Result<(), OptimizationError> {
-        require_positive("multiplier_rate_ratio", self.multiplier_rate_ratio)?;
-        require(
-            self.tolerance >= 0.0 && self.tolerance.is_finite(),
-            "tolerance",
-            self.tolerance,
-            "finite and not negative",
-        )
+impl Validate for MdmmSettings {
+    fn ranges(&self) -> Ranges {
+        ranges! { self => multiplier_rate_ratio: POSITIVE, tolerance: NOT_NEGATIVE }
     }
 }
 
@@ -132,9 +123,7 @@ impl<'a> Mdmm<'a> {
         if start.is_empty() {
             return Err(OptimizationError::Empty { field: "start" });
         }
-        for &coordinate in start {
-            require_finite("a coordinate of the start", coordinate)?;
-        }
+        FINITE.check("start", start)?;
         let mut x = start.to_vec();
         let mut optimizer = self.settings.optimizer.build::<f64>(x.len())?;
         let mut gradient = vec![0.0; x.len()];

@@ -1,7 +1,8 @@
 //! Numbers that change along a run: rates, radii, weights.
 
+use graspd_settings::{AT_LEAST_ONE, FINITE, FRACTION};
+
 use crate::OptimizationError;
-use crate::error::{require, require_finite, require_positive};
 
 /// A number as a function of the step: a base curve times any number of factors.
 ///
@@ -38,8 +39,7 @@ impl Schedule {
     /// # Errors
     /// If a value is not finite, or the span is empty.
     pub fn linear(from: f64, to: f64, start: usize, end: usize) -> Result<Self, OptimizationError> {
-        require_finite("schedule value at the start", from)?;
-        require_finite("schedule value at the end", to)?;
+        FINITE.check("schedule value", &[from, to])?;
         Ok(Self {
             base: Curve::new("linear schedule", from, to, start, end, Shape::Linear)?,
             factors: Vec::new(),
@@ -65,7 +65,7 @@ impl Schedule {
     /// # Errors
     /// If `steps` is 0.
     pub fn with_warm_up(self, steps: usize) -> Result<Self, OptimizationError> {
-        require_positive("warm-up steps", steps as f64)?;
+        AT_LEAST_ONE.check("warm-up steps", &steps)?;
         if steps == 1 {
             return Ok(self);
         }
@@ -83,7 +83,7 @@ impl Schedule {
         end: usize,
         final_factor: f64,
     ) -> Result<Self, OptimizationError> {
-        require_factor(final_factor, final_factor >= 0.0)?;
+        FRACTION.check("final factor of a decay", &final_factor)?;
         self.with_factor("linear decay", 1.0, start, end, Shape::Linear, final_factor)
     }
 
@@ -97,7 +97,7 @@ impl Schedule {
         end: usize,
         final_factor: f64,
     ) -> Result<Self, OptimizationError> {
-        require_factor(final_factor, final_factor >= 0.0)?;
+        FRACTION.check("final factor of a decay", &final_factor)?;
         self.with_factor("cosine decay", 1.0, start, end, Shape::Cosine, final_factor)
     }
 
@@ -111,7 +111,9 @@ impl Schedule {
         end: usize,
         final_factor: f64,
     ) -> Result<Self, OptimizationError> {
-        require_factor(final_factor, final_factor > 0.0)?;
+        FRACTION
+            .more_than(0.0)
+            .check("final factor of a decay", &final_factor)?;
         self.with_factor(
             "exponential decay",
             1.0,
@@ -144,15 +146,6 @@ impl Schedule {
                 value * factor.value(step)
             })
     }
-}
-
-fn require_factor(factor: f64, is_above_least: bool) -> Result<(), OptimizationError> {
-    require(
-        is_above_least && factor <= 1.0,
-        "final_factor of the decay",
-        factor,
-        "between 0 and 1, and positive if the decay is exponential",
-    )
 }
 
 /// How a curve goes from its first value to its last.

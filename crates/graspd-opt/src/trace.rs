@@ -1,7 +1,8 @@
 //! What happened along a run.
 
+use graspd_settings::AT_LEAST_ONE;
+
 use crate::OptimizationError;
-use crate::error::require_positive;
 
 /// Named scalars recorded every few steps.
 ///
@@ -34,7 +35,7 @@ impl Trace {
     /// # Errors
     /// If `every` is 0 or two columns have the same name.
     pub fn new(names: &[&str], every: usize, run_len: usize) -> Result<Self, OptimizationError> {
-        require_positive("steps between the rows of a trace", every as f64)?;
+        AT_LEAST_ONE.check("steps between the rows of a trace", &every)?;
         for (index, name) in names.iter().enumerate() {
             if names[..index].contains(name) {
                 return Err(OptimizationError::DuplicateColumn {

@@ -390,7 +390,7 @@ fn settings_out_of_range_are_named() {
     assert!(Adamax::<f64>::new(1, vanishing.clone()).is_ok());
     assert!(matches!(
         Adamax::<f32>::new(1, vanishing),
-        Err(OptimizationError::OutOfRange { .. })
+        Err(OptimizationError::Setting(_))
     ));
 }
 

@@ -26,7 +26,7 @@
 //! };
 //!
 //! let params = SimulationParams::default();
-//! params.validate()?;
+//! graspd_settings::Validate::validate(&params)?;
 //! let mut scene = Scene::<f32>::new(&hand, &ball, &params);
 //! scene.place(&pose);
 //! let loss = scene.physics_loss(&vec![0.0; scene.wrench_len()]);

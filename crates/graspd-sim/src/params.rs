@@ -1,8 +1,9 @@
 //! The constants of the contact law and of the one-step simulation.
 
 use graspd_geom::Vec3;
-
-use crate::SimulationError;
+use graspd_settings::{
+    AT_LEAST_ONE, FINITE, FRACTION, NOT_NEGATIVE, POSITIVE, Ranges, Validate, ranges,
+};
 
 /// Stiffness and friction of the contact between hand and object.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -78,60 +79,43 @@ impl Default for SimulationParams {
     }
 }
 
-impl SimulationParams {
-    /// Checks every field.
-    ///
-    /// # Errors
-    /// [`SimulationError::InvalidParameter`], which names a field that is not finite, out of its range, or empty.
-    pub fn validate(&self) -> Result<(), SimulationError> {
-        let invalid = |field: &'static str, value: f64, wanted: &'static str| {
-            Err(SimulationError::InvalidParameter {
-                field,
-                value,
-                wanted,
-            })
-        };
-        let contact = &self.contact;
-        for (field, value) in [
-            ("normal_stiffness", contact.normal_stiffness),
-            ("friction_stiffness", contact.friction_stiffness),
-            ("time_step", self.time_step),
-            ("length_scale", self.length_scale),
-        ] {
-            if !(value.is_finite() && value > 0.0) {
-                return invalid(field, value, "a positive number");
-            }
+impl Validate for ContactParams {
+    fn ranges(&self) -> Ranges {
+        ranges! { self =>
+            normal_stiffness: POSITIVE,
+            friction_stiffness: POSITIVE,
+            friction_coefficient: NOT_NEGATIVE,
+            leak: FRACTION,
         }
-        if !(contact.friction_coefficient.is_finite() && contact.friction_coefficient >= 0.0) {
-            return invalid(
-                "friction_coefficient",
-                contact.friction_coefficient,
-                "a number >= 0",
-            );
-        }
-        if !(0.0..=1.0).contains(&contact.leak) {
-            return invalid("leak", contact.leak, "a number between 0 and 1");
-        }
-        if self.velocities.is_empty() {
-            return invalid("velocities", 0.0, "at least one object velocity");
-        }
-        for Twist { linear, angular } in &self.velocities {
-            let all = [
+    }
+}
+
+impl Validate for SimulationParams {
+    fn ranges(&self) -> Ranges {
+        let twists = self.velocities.iter();
+        let components = twists.map(|Twist { linear, angular }| {
+            [
                 linear.x, linear.y, linear.z, angular.x, angular.y, angular.z,
-            ];
-            if let Some(&value) = all.iter().find(|v| !v.is_finite()) {
-                return invalid("velocities", value, "finite in every component");
-            }
-        }
-        Ok(())
+            ]
+        });
+        ranges! { self => time_step: POSITIVE, length_scale: POSITIVE }
+            .with(
+                "velocities (their number)",
+                &self.velocities.len(),
+                AT_LEAST_ONE,
+            )
+            .with("velocities", &components.collect::<Vec<_>>(), FINITE)
+            .nested("contact", &self.contact)
     }
 }
 
 #[cfg(test)]
 mod tests {
+    use graspd_settings::OutOfRange;
+
     use super::*;
 
-    fn fault(change: impl FnOnce(&mut SimulationParams)) -> SimulationError {
+    fn fault(change: impl FnOnce(&mut SimulationParams)) -> OutOfRange {
         let mut params = SimulationParams::default();
         change(&mut params);
         params.validate().unwrap_err()
@@ -155,32 +139,28 @@ mod tests {
         type Change = fn(&mut SimulationParams, f64);
         let fields: [(&str, Change, &[f64]); 6] = [
             (
-                "normal_stiffness",
+                "contact.normal_stiffness",
                 |p, v| p.contact.normal_stiffness = v,
                 &[0.0, -1.0],
             ),
             (
-                "friction_stiffness",
+                "contact.friction_stiffness",
                 |p, v| p.contact.friction_stiffness = v,
                 &[0.0, -1.0],
             ),
             (
-                "friction_coefficient",
+                "contact.friction_coefficient",
                 |p, v| p.contact.friction_coefficient = v,
                 &[-0.1],
             ),
-            ("leak", |p, v| p.contact.leak = v, &[-0.1, 1.1]),
+            ("contact.leak", |p, v| p.contact.leak = v, &[-0.1, 1.1]),
             ("time_step", |p, v| p.time_step = v, &[0.0, -1e-5]),
             ("length_scale", |p, v| p.length_scale = v, &[0.0, -2.0]),
         ];
         for (name, change, values) in fields {
             for &wrong in values.iter().chain(&[f64::NAN, f64::INFINITY]) {
-                let SimulationError::InvalidParameter { field, value, .. } =
-                    fault(|params| change(params, wrong))
-                else {
-                    panic!("{name} = {wrong} gives another error");
-                };
-                assert_eq!(field, name);
+                let OutOfRange { setting, value, .. } = fault(|params| change(params, wrong));
+                assert_eq!(setting, name);
                 assert!(value == wrong || value.is_nan());
             }
         }

@@ -2,9 +2,9 @@
 
 use std::str::FromStr;
 
+use graspd_settings::{POSITIVE, Ranges, Validate};
 use serde::{Deserialize, Serialize};
 
-use crate::GraspError;
 use crate::preset::SynthesisSettings;
 
 /// How constraints enter the Lagrangian; both are in units of their limits, with g = value / limit - 1.
@@ -21,17 +21,11 @@ pub enum ConstraintMethod {
     },
 }
 
-impl ConstraintMethod {
-    pub(crate) fn validate(&self) -> Result<(), GraspError> {
-        match *self {
-            Self::Penalty { weight } if !(weight.is_finite() && weight > 0.0) => {
-                Err(GraspError::InvalidSetting {
-                    field: "constraint_method.penalty.weight",
-                    value: weight,
-                    wanted: "a positive number",
-                })
-            }
-            _ => Ok(()),
+impl Validate for ConstraintMethod {
+    fn ranges(&self) -> Ranges {
+        match self {
+            Self::Mdmm => Ranges::default(),
+            Self::Penalty { weight } => Ranges::default().with("penalty.weight", weight, POSITIVE),
         }
     }
 }

@@ -2,6 +2,8 @@
 
 use std::path::PathBuf;
 
+use graspd_settings::OutOfRange;
+
 use crate::record::SCHEMA;
 
 /// Why grasps could not be made, read or written.
@@ -24,15 +26,8 @@ pub enum GraspError {
     #[error(transparent)]
     Evaluation(#[from] graspd_eval::EvaluationError),
     /// A setting outside its range.
-    #[error("setting `{field}` is {value}; it must be {wanted}")]
-    InvalidSetting {
-        /// The field's name.
-        field: &'static str,
-        /// The offending value.
-        value: f64,
-        /// What it should be.
-        wanted: &'static str,
-    },
+    #[error(transparent)]
+    Setting(#[from] OutOfRange),
     /// A preset that does not exist.
     #[error("there is no preset `{name}`; known presets: {known}")]
     UnknownPreset {

@@ -1,9 +1,9 @@
 //! What a robot needs besides the grasp: where to come from, and how to hold on.
 
 use graspd_hand::{Hand, HandPose, clamp_to_limits};
+use graspd_settings::{Ranges, Validate, between, ranges};
 use serde::{Deserialize, Serialize};
 
-use crate::GraspError;
 use crate::approach::PathProbe;
 use crate::object::GraspObject;
 use crate::pressing::Pressing;
@@ -34,25 +34,13 @@ impl Default for ExecutionSettings {
     }
 }
 
-impl ExecutionSettings {
-    /// Checks every field.
-    ///
-    /// # Errors
-    /// [`GraspError::InvalidSetting`] naming the field.
-    pub fn validate(&self) -> Result<(), GraspError> {
-        let in_range = |field, value: f64, most: f64, wanted| {
-            if (0.0..=most).contains(&value) {
-                return Ok(());
-            }
-            Err(GraspError::InvalidSetting {
-                field,
-                value,
-                wanted,
-            })
-        };
-        in_range("retreat", self.retreat, 1.0, "0 to 1 m")?;
-        in_range("squeeze", self.squeeze, 0.05, "0 to 0.05 m")?;
-        in_range("squeeze_force", self.squeeze_force, 1000.0, "0 to 1000 N")
+impl Validate for ExecutionSettings {
+    fn ranges(&self) -> Ranges {
+        ranges! { self =>
+            retreat: between(0.0, 1.0).unit("m"),
+            squeeze: between(0.0, 0.05).unit("m"),
+            squeeze_force: between(0.0, 1000.0).unit("N"),
+        }
     }
 }
 

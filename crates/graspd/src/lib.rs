@@ -100,6 +100,7 @@ pub use execution::{
     ClosingOrder, ExecutionSettings, PlannedPreGrasp, PlannedSqueeze, plan_pre_grasp, plan_squeeze,
 };
 pub use graspd_ad::{INSTRUCTIONS_VARIABLE, Instructions, UnknownInstructions};
+pub use graspd_settings::{OutOfRange, Range, Validate};
 pub use object::{GraspObject, NamedMesh, PAPER_PADDING, PAPER_RESOLUTION};
 pub use preset::{PRESETS, SynthesisSettings};
 pub use pressing::{PressingContact, pressing_contacts};

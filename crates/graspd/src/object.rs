@@ -7,6 +7,7 @@ use graspd_geom::{
     SdfGrid, SdfSampling, SignedDistance, TriangleMesh, builtin_object, closed_surface, load_mesh,
     repair,
 };
+use graspd_settings::POSITIVE;
 use graspd_sim::SimulatedObject;
 
 use crate::GraspError;
@@ -60,13 +61,7 @@ impl NamedMesh {
         scale: f64,
         settings: Option<&RepairSettings>,
     ) -> Result<Self, GraspError> {
-        if !(scale.is_finite() && scale > 0.0) {
-            return Err(GraspError::InvalidSetting {
-                field: "scale",
-                value: scale,
-                wanted: "a positive number",
-            });
-        }
+        POSITIVE.check("scale", &scale)?;
         if let Some(mesh) = builtin_object(name_or_path) {
             return Ok(Self {
                 name: name_or_path.to_owned(),

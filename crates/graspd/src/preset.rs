@@ -2,6 +2,9 @@
 
 use graspd_geom::Vec3;
 use graspd_opt::{AdamSettings, AdamaxSettings, OptimizerKind, Schedule};
+use graspd_settings::{
+    AT_LEAST_ONE, FINITE, FRACTION, NOT_NEGATIVE, POSITIVE, Ranges, Validate, ranges,
+};
 use graspd_sim::{ContactParams, SimulationParams, Twist};
 use serde::{Deserialize, Serialize};
 
@@ -137,6 +140,54 @@ impl Default for SynthesisSettings {
             conformity: Some(ConformitySettings::default()),
             ..Self::soft()
         }
+    }
+}
+
+impl Validate for SynthesisSettings {
+    fn ranges(&self) -> Ranges {
+        // Rates do not grow.
+        let decay = FRACTION.more_than(0.0);
+        let stiffens = self.soft_stiffness < self.normal_stiffness;
+        let first_end = if stiffens {
+            self.stiffening_start as f64
+        } else {
+            -1.0
+        };
+        ranges! { self =>
+            force_rate: POSITIVE,
+            translation_rate: POSITIVE,
+            rotation_rate: POSITIVE,
+            articulation_rate: POSITIVE,
+            decay_factor: decay,
+            force_decay_factor: decay,
+            task_limit: POSITIVE,
+            joint_limit: POSITIVE,
+            density: POSITIVE,
+            length_scale: POSITIVE,
+            smoothing_margin: NOT_NEGATIVE,
+            standoff: NOT_NEGATIVE,
+            relaxation_weight: NOT_NEGATIVE,
+            range_weight: NOT_NEGATIVE,
+            intersection_weight: NOT_NEGATIVE,
+            damping: NOT_NEGATIVE,
+            steps: AT_LEAST_ONE,
+            normal_stiffness: POSITIVE,
+            soft_stiffness: POSITIVE.at_most_setting("normal_stiffness", self.normal_stiffness),
+            stiffening_end: FINITE.more_than_setting("stiffening_start", first_end),
+            friction_stiffness: POSITIVE,
+            friction_coefficient: NOT_NEGATIVE,
+            leak: FRACTION,
+            time_step: POSITIVE,
+            object_velocities: FINITE,
+        }
+        .with(
+            "object_velocities (their number)",
+            &self.object_velocities.len(),
+            AT_LEAST_ONE,
+        )
+        .nested("constraint_method", &self.constraint_method)
+        .nested("conformity", &self.conformity)
+        .nested("annealing", &self.annealing)
     }
 }
 
@@ -303,101 +354,6 @@ impl SynthesisSettings {
         self.decay_start = decay;
         self.steps = steps;
         self
-    }
-
-    /// Checks every field.
-    ///
-    /// # Errors
-    /// Names the first field that is out of range.
-    pub fn validate(&self) -> Result<(), GraspError> {
-        let positive = [
-            ("force_rate", self.force_rate),
-            ("translation_rate", self.translation_rate),
-            ("rotation_rate", self.rotation_rate),
-            ("articulation_rate", self.articulation_rate),
-            ("decay_factor", self.decay_factor),
-            ("force_decay_factor", self.force_decay_factor),
-            ("task_limit", self.task_limit),
-            ("joint_limit", self.joint_limit),
-            ("density", self.density),
-            ("soft_stiffness", self.soft_stiffness),
-            ("length_scale", self.length_scale),
-        ];
-        for (field, value) in positive {
-            if !(value.is_finite() && value > 0.0) {
-                return Err(GraspError::InvalidSetting {
-                    field,
-                    value,
-                    wanted: "a positive number",
-                });
-            }
-        }
-        let not_negative = [
-            ("smoothing_margin", self.smoothing_margin),
-            ("standoff", self.standoff),
-            ("relaxation_weight", self.relaxation_weight),
-            ("range_weight", self.range_weight),
-            ("intersection_weight", self.intersection_weight),
-            ("damping", self.damping),
-        ];
-        for (field, value) in not_negative {
-            if !(value.is_finite() && value >= 0.0) {
-                return Err(GraspError::InvalidSetting {
-                    field,
-                    value,
-                    wanted: "a number >= 0",
-                });
-            }
-        }
-        if self.steps == 0 {
-            return Err(GraspError::InvalidSetting {
-                field: "steps",
-                value: 0.0,
-                wanted: "at least 1",
-            });
-        }
-        self.constraint_method.validate()?;
-        self.simulation().validate()?;
-        if let Some(conformity) = &self.conformity {
-            conformity.validate()?;
-        }
-        if let Some(annealing) = &self.annealing {
-            annealing.validate()?;
-        }
-        self.validate_schedules()
-    }
-
-    /// Rates never grow and contacts never soften.
-    fn validate_schedules(&self) -> Result<(), GraspError> {
-        let decays = [
-            ("decay_factor", self.decay_factor),
-            ("force_decay_factor", self.force_decay_factor),
-        ];
-        for (field, value) in decays {
-            if value > 1.0 {
-                return Err(GraspError::InvalidSetting {
-                    field,
-                    value,
-                    wanted: "at most 1 (rates do not grow)",
-                });
-            }
-        }
-        if self.soft_stiffness > self.normal_stiffness {
-            return Err(GraspError::InvalidSetting {
-                field: "soft_stiffness",
-                value: self.soft_stiffness,
-                wanted: "at most normal_stiffness",
-            });
-        }
-        let stiffens = self.soft_stiffness < self.normal_stiffness;
-        if stiffens && self.stiffening_end <= self.stiffening_start {
-            return Err(GraspError::InvalidSetting {
-                field: "stiffening_end",
-                value: self.stiffening_end as f64,
-                wanted: "after stiffening_start",
-            });
-        }
-        Ok(())
     }
 
     /// The simulation's part of the settings; its lengths are real ones.

@@ -5,6 +5,7 @@ use std::time::Instant;
 use graspd_eval::{EvaluationSettings, ObjectUnderTest, evaluate};
 use graspd_geom::{GeometryError, Quaternion, SurfaceSampler, TriangleMesh, Vec3};
 use graspd_hand::{Hand, HandPose};
+use graspd_settings::{AT_LEAST_ONE, Ranges, Validate, ranges};
 use graspd_sim::Scene;
 use rayon::prelude::*;
 
@@ -39,23 +40,12 @@ pub struct RunSettings {
     pub evaluation: EvaluationSettings,
 }
 
-impl RunSettings {
-    /// Checks every field.
-    ///
-    /// # Errors
-    /// If no grasp is asked for, or the judge's settings are out of range.
-    pub fn validate(&self) -> Result<(), GraspError> {
-        if self.count == 0 {
-            return Err(GraspError::InvalidSetting {
-                field: "n (the number of grasps)",
-                value: 0.0,
-                wanted: "at least 1",
-            });
-        }
-        // Now rather than when the first grasp is judged, minutes later.
-        self.evaluation.validate()?;
-        self.execution.validate()?;
-        Ok(())
+impl Validate for RunSettings {
+    fn ranges(&self) -> Ranges {
+        // The judge's, too: now rather than when the first grasp is judged, minutes later.
+        ranges! { self => count: AT_LEAST_ONE }
+            .nested("evaluation", &self.evaluation)
+            .nested("execution", &self.execution)
     }
 }
 

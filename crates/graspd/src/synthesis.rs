@@ -8,6 +8,7 @@ use graspd_hand::{
 use graspd_opt::{
     Adamax, AdamaxIteration, AdamaxSettings, Constraint, Optimizer, ParameterGroup, Schedule,
 };
+use graspd_settings::Validate;
 use graspd_sim::{
     ContactParams, ForceWeights, Precision, Scene, SimulatedObject, SimulationParams, TargetRule,
     TargetWrenches, limit_loss_gradient, range_loss_gradient,

@@ -6,6 +6,7 @@ use std::time::Instant;
 use anyhow::{Context, Result, bail};
 use clap::Args;
 use clap::builder::{NonEmptyStringValueParser, PossibleValuesParser};
+use graspd::Validate;
 use graspd_geom::{
     DepthIntrinsics, FusedView, FusionSettings, Plane, PointCloud, PoissonSettings,
     ReconstructionSettings, Registration, align_to_mesh, fuse, load_point_cloud, read_capture,

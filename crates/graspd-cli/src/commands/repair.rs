@@ -6,6 +6,7 @@ use std::time::Instant;
 
 use anyhow::{Result, bail};
 use clap::Args;
+use graspd::Validate;
 use graspd_geom::{
     FilledHole, RepairReport, RepairSettings, RepairedMesh, TriangleMesh, load_mesh, repair,
     require_mesh_format, save_mesh, signed_volume, topology,

@@ -9,6 +9,7 @@ use std::time::Instant;
 use anyhow::{Result, bail};
 use clap::Args;
 use clap::builder::NonEmptyStringValueParser;
+use graspd::Validate;
 use graspd::{
     Configuration, Diversity, Grasp, GraspObject, GraspRecord, MethodPart, RunObserver,
     RunSettings, SCHEMA, Summary, SynthesisSettings, diverse, pose_distances, pressing_contacts,

@@ -10,7 +10,7 @@ fn values_out_of_range_name_the_setting_and_what_it_must_be() {
     let run = folder.path().join("run");
     let run = text(&run);
     for (flags, setting, wanted) in [
-        (["-n", "0"], "n (the number of grasps)", "at least 1"),
+        (["-n", "0"], "`grasps`", "at least 1"),
         (["--top-k", "0"], "--top-k", "at least 1"),
         (["--threads", "0"], "--threads", "1 to 1024"),
         (["--threads", "100000"], "--threads", "1 to 1024"),
@@ -21,7 +21,7 @@ fn values_out_of_range_name_the_setting_and_what_it_must_be() {
             "--resolution",
             "2 to 1024",
         ),
-        (["--steps", "0"], "`steps`", "at least 1"),
+        (["--steps", "0"], "`settings.steps`", "at least 1"),
         (["--scale", "0"], "`scale`", "positive"),
         (["--scale", "-1"], "`scale`", "positive"),
         (["--scale", "NaN"], "`scale`", "positive"),

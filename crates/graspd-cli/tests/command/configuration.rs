@@ -210,7 +210,7 @@ fn mistakes_name_file_and_key() {
         "invalid type",
     ]);
     with("[settings\n").fails_at_once(&["mine.toml, line 1"]);
-    with("[settings]\nleak = 3").fails_at_once(&["`leak` is 3", "between 0 and 1"]);
+    with("[settings]\nleak = 3").fails_at_once(&["`settings.leak` is 3", "0 to 1"]);
     graspd(["synth", "--config", "none.toml"]).fails_at_once(&["none.toml", "cannot be read"]);
     graspd(["synth", "--set", "leak=0.1"]).fails_at_once(&["--set leak", "`settings.leak`"]);
     graspd(["synth", "--set", "leak"]).fails_at_once(&["--set leak", "KEY=VALUE"]);

@@ -4,6 +4,7 @@
 //! steps, solver iterations and friction. What an engine makes of them is its own.
 
 use graspd_geom::{SignedDistance, TriangleMesh, connected_parts};
+use graspd_settings::Validate;
 use nalgebra::{Point3, Vector3};
 use serde::{Deserialize, Serialize};
 

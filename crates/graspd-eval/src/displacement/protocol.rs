@@ -1,9 +1,8 @@
 //! The simulation-displacement protocol: what is held constant, whatever the physics engine.
 
+use graspd_settings::{AT_LEAST_ONE, FRACTION, NOT_NEGATIVE, POSITIVE, Ranges, Validate, ranges};
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
-
-use crate::EvaluationError;
 
 /// The protocol's constants (defaults: those of the paper's supplement, section A.6, and of the GANHand release
 /// that it follows).
@@ -45,64 +44,29 @@ impl Default for DisplacementSettings {
     }
 }
 
-impl DisplacementSettings {
-    /// Checks that every field lies in its range.
-    ///
-    /// # Errors
-    /// [`EvaluationError::BadSetting`] with the first field that does not.
-    pub fn validate(&self) -> Result<(), EvaluationError> {
-        let fraction = |field, value: f64| {
-            check(
-                field,
-                value,
-                (0.0..=1.0).contains(&value),
-                "between 0 and 1",
-            )
-        };
-        check_positive("mass", self.mass)?;
-        check_positive("time_step", self.time_step)?;
-        check_positive("solver_iterations", self.solver_iterations as f64)?;
-        check_positive(
-            "gravity_direction (its length)",
-            Vector3::from(self.gravity_direction).norm(),
-        )?;
-        check_at_least_zero("gravity", self.gravity)?;
-        check_at_least_zero("friction", self.friction)?;
-        fraction("hand_restitution", self.hand_restitution)?;
-        fraction("object_restitution", self.object_restitution)
+impl Validate for DisplacementSettings {
+    fn ranges(&self) -> Ranges {
+        let direction = Vector3::from(self.gravity_direction).norm();
+        ranges! { self =>
+            mass: POSITIVE,
+            gravity: NOT_NEGATIVE,
+            time_step: POSITIVE,
+            solver_iterations: AT_LEAST_ONE,
+            friction: NOT_NEGATIVE,
+            hand_restitution: FRACTION,
+            object_restitution: FRACTION,
+        }
+        .with("gravity_direction (its length)", &direction, POSITIVE)
     }
+}
 
+impl DisplacementSettings {
     /// How far an object falls that nothing touches, g t^2 / 2 \[m\] (10.4 cm by default): the largest
     /// displacement that gravity alone can cause.
     pub fn free_fall(&self) -> f64 {
         let time = self.time_step * self.steps as f64;
         0.5 * self.gravity * time * time
     }
-}
-
-fn check(
-    field: &'static str,
-    value: f64,
-    is_allowed: bool,
-    allowed: &'static str,
-) -> Result<(), EvaluationError> {
-    if is_allowed && value.is_finite() {
-        Ok(())
-    } else {
-        Err(EvaluationError::BadSetting {
-            field,
-            value,
-            allowed,
-        })
-    }
-}
-
-pub(super) fn check_positive(field: &'static str, value: f64) -> Result<(), EvaluationError> {
-    check(field, value, value > 0.0, "positive and finite")
-}
-
-pub(super) fn check_at_least_zero(field: &'static str, value: f64) -> Result<(), EvaluationError> {
-    check(field, value, value >= 0.0, "at least 0")
 }
 
 /// How the object moved during one simulation.

@@ -8,11 +8,12 @@
 //! Fewer solver iterations than the displacement's 150 do: whether an object stays for two seconds depends on what holds it in
 //! the end, not on its first jolt.
 
+use graspd_settings::{AT_LEAST_ONE, NOT_NEGATIVE, POSITIVE, Ranges, Validate, ranges};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::fall::Scene;
-use super::protocol::{DisplacementSettings, SIX_DIRECTIONS, check_at_least_zero, check_positive};
+use super::protocol::{DisplacementSettings, SIX_DIRECTIONS};
 use super::simulation::{DynamicObject, FixedHand};
 use crate::EvaluationError;
 
@@ -59,23 +60,22 @@ impl Default for ShakeSettings {
     }
 }
 
-impl ShakeSettings {
-    /// Checks that every field lies in its range.
-    ///
-    /// # Errors
-    /// [`EvaluationError::BadSetting`] with the first field that does not.
-    pub fn validate(&self) -> Result<(), EvaluationError> {
-        check_positive("shake.mass", self.mass)?;
-        check_at_least_zero("shake.friction", self.friction)?;
-        check_at_least_zero("shake.acceleration", self.acceleration)?;
-        check_positive("shake.duration", self.duration)?;
-        check_positive("shake.time_step", self.time_step)?;
-        let iterations = self.solver_iterations as f64;
-        check_positive("shake.solver_iterations", iterations)?;
-        check_positive("shake.most_displacement", self.most_displacement)?;
-        check_positive("shake.most_rotation", self.most_rotation)
+impl Validate for ShakeSettings {
+    fn ranges(&self) -> Ranges {
+        ranges! { self =>
+            mass: POSITIVE,
+            friction: NOT_NEGATIVE,
+            acceleration: NOT_NEGATIVE,
+            duration: POSITIVE,
+            time_step: POSITIVE,
+            solver_iterations: AT_LEAST_ONE,
+            most_displacement: POSITIVE,
+            most_rotation: POSITIVE,
+        }
     }
+}
 
+impl ShakeSettings {
     /// One of the six pulls as a protocol.
     pub(super) fn under(&self, direction: [f64; 3]) -> DisplacementSettings {
         DisplacementSettings {

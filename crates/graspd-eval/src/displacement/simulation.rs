@@ -20,6 +20,7 @@
 use std::sync::Arc;
 
 use graspd_geom::TriangleMesh;
+use graspd_settings::Validate;
 use nalgebra::{Matrix3, Point3};
 use parry3d_f64::math::Vector;
 use parry3d_f64::shape::{ConvexPolyhedron, TriMesh, TriMeshFlags};

@@ -1,6 +1,7 @@
 //! Analytic scenes: free fall, cages, plates that squeeze or support.
 
 use graspd_geom::TriangleMesh;
+use graspd_settings::Validate;
 use nalgebra::{Matrix3, Point3, Vector3};
 
 use super::*;

@@ -1,5 +1,6 @@
 //! Fewer and better points: stray ones left out, dense ones averaged.
 
+use graspd_settings::FINITE;
 use nalgebra::{Point3, Vector3};
 use rayon::prelude::*;
 
@@ -52,14 +53,7 @@ impl PointCloud {
             .map(|p| p.coords.amax())
             .fold(0.0, f64::max);
         let least = (1e-9 * largest).max(f64::MIN_POSITIVE);
-        if !(cell >= least && cell.is_finite()) {
-            return Err(GeometryError::Setting {
-                name: "cell",
-                value: cell,
-                low: least,
-                high: f64::MAX,
-            });
-        }
+        FINITE.at_least(least).check("cell", &cell)?;
         let mut order: Vec<([i64; 3], usize)> = (self.points.par_iter().enumerate())
             .map(|(number, p)| ([p.z, p.y, p.x].map(|x| (x / cell).floor() as i64), number))
             .collect();

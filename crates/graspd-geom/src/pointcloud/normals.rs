@@ -1,5 +1,6 @@
 //! Normals of unorganised points: the plane through each one's neighbours, and which of its sides is outside.
 
+use graspd_settings::between;
 use nalgebra::{Matrix3, Point3, SymmetricEigen, Vector3};
 use rayon::prelude::*;
 
@@ -21,14 +22,7 @@ impl PointCloud {
     /// Hoppe et al., "Surface reconstruction from unorganized points", SIGGRAPH 1992, sections 3.2 and 3.3.
     pub fn estimate_normals(&mut self, neighbours: usize) -> Result<(), GeometryError> {
         self.require_points()?;
-        if !(3..=1000).contains(&neighbours) {
-            return Err(GeometryError::Setting {
-                name: "neighbours",
-                value: neighbours as f64,
-                low: 3.0,
-                high: 1000.0,
-            });
-        }
+        between(3.0, 1000.0).check("neighbours", &neighbours)?;
         let tree = KdTree::new(&self.points);
         let near: Vec<Vec<u32>> = (self.points.par_iter())
             .map_init(Vec::new, |found, p| {

@@ -1,9 +1,9 @@
 //! What a reconstruction can be told.
 
-use crate::GeometryError;
+use graspd_settings::{Ranges, Validate, between, ranges};
 
 /// Depths beyond this would need terabytes.
-const DEEPEST: u32 = 13;
+const MAX_DEPTH: f64 = 13.0;
 
 /// Settings of [`poisson_surface`](crate::poisson_surface).
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -35,26 +35,13 @@ impl Default for PoissonSettings {
     }
 }
 
-impl PoissonSettings {
-    /// Checks every field.
-    ///
-    /// # Errors
-    /// [`GeometryError::Setting`] that names the first field out of its range.
-    pub fn validate(&self) -> Result<(), GeometryError> {
-        let check = |name, value: f64, low: f64, high: f64| {
-            if (low..=high).contains(&value) {
-                return Ok(());
-            }
-            Err(GeometryError::Setting {
-                name,
-                value,
-                low,
-                high,
-            })
-        };
-        check("depth", f64::from(self.depth), 2.0, f64::from(DEEPEST))?;
-        check("scale", self.scale, 1.0, 10.0)?;
-        check("point_weight", self.point_weight, 0.0, 1e6)?;
-        check("samples_per_cell", self.samples_per_cell, 0.1, 1000.0)
+impl Validate for PoissonSettings {
+    fn ranges(&self) -> Ranges {
+        ranges! { self =>
+            depth: between(2.0, MAX_DEPTH),
+            scale: between(1.0, 10.0),
+            point_weight: between(0.0, 1e6),
+            samples_per_cell: between(0.1, 1000.0),
+        }
     }
 }

@@ -1,5 +1,6 @@
 //! The reconstruction as its callers see it.
 
+use graspd_settings::Validate;
 use nalgebra::Vector3;
 use rayon::prelude::*;
 

@@ -14,6 +14,8 @@ mod stitch;
 mod triangulate;
 mod tunnels;
 
+use graspd_settings::Validate;
+
 use crate::distance::check_finite;
 use crate::mass::encloses_volume;
 use crate::{GeometryError, TriangleMesh, TriangleTree, signed_volume};

@@ -1,6 +1,6 @@
 //! What a repair did.
 
-use crate::GeometryError;
+use graspd_settings::{FRACTION, NOT_NEGATIVE, Ranges, Validate, between, ranges};
 
 /// How much a mesh had to change.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -202,40 +202,13 @@ impl Default for RepairSettings {
     }
 }
 
-impl RepairSettings {
-    /// Fewest and most grid cells along the longest side.
-    pub const RESOLUTIONS: std::ops::RangeInclusive<usize> = 8..=512;
-
-    /// Checks every field.
-    ///
-    /// # Errors
-    /// [`GeometryError::RepairSetting`], naming the field.
-    pub fn validate(&self) -> Result<(), GeometryError> {
-        let bad = |field: &'static str, value: f64, wanted: &'static str| {
-            Err(GeometryError::RepairSetting {
-                field,
-                value,
-                wanted,
-            })
-        };
-        for (field, value) in [
-            ("weld_distance", self.weld_distance),
-            ("smallest_component", self.smallest_component),
-        ] {
-            if !(0.0..1.0).contains(&value) {
-                return bad(field, value, "0 or more and less than 1");
-            }
+impl Validate for RepairSettings {
+    fn ranges(&self) -> Ranges {
+        ranges! { self =>
+            weld_distance: FRACTION.less_than(1.0),
+            smallest_component: FRACTION.less_than(1.0),
+            resolution: between(8.0, 512.0),
+            sheet_thickness: NOT_NEGATIVE,
         }
-        if !Self::RESOLUTIONS.contains(&self.resolution) {
-            return bad("resolution", self.resolution as f64, "8 to 512");
-        }
-        if !(self.sheet_thickness.is_finite() && self.sheet_thickness >= 0.0) {
-            return bad(
-                "sheet_thickness",
-                self.sheet_thickness,
-                "a length in metres, 0 or more",
-            );
-        }
-        Ok(())
     }
 }

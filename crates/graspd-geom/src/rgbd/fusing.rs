@@ -1,5 +1,6 @@
 //! Many views into one cloud with outward normals.
 
+use graspd_settings::{Ranges, Validate, between, ranges};
 use nalgebra::Point3;
 
 use super::smoothing::smooth;
@@ -39,25 +40,15 @@ impl Default for FusionSettings {
     }
 }
 
-impl FusionSettings {
-    fn validate(&self) -> Result<(), GeometryError> {
-        for (name, value, low, high) in [
-            ("edge_radius", self.edge_radius as f64, 0.0, 50.0),
-            ("edge_jump", self.edge_jump, 1e-4, 10.0),
-            ("cell", self.cell, 1e-5, 0.1),
-            ("neighbours", self.neighbours as f64, 6.0, 1000.0),
-            ("outlier_deviations", self.outlier_deviations, 0.1, 1e6),
-        ] {
-            if !(low..=high).contains(&value) {
-                return Err(GeometryError::Setting {
-                    name,
-                    value,
-                    low,
-                    high,
-                });
-            }
+impl Validate for FusionSettings {
+    fn ranges(&self) -> Ranges {
+        ranges! { self =>
+            edge_radius: between(0.0, 50.0),
+            edge_jump: between(1e-4, 10.0),
+            cell: between(1e-5, 0.1),
+            neighbours: between(6.0, 1000.0),
+            outlier_deviations: between(0.1, 1e6),
         }
-        Ok(())
     }
 }
 

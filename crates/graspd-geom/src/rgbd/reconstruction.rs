@@ -2,8 +2,8 @@
 
 use std::f64::consts::{PI, TAU};
 
+use graspd_settings::{NOT_NEGATIVE, Ranges, Validate};
 use nalgebra::{Isometry3, Point3, UnitQuaternion, Vector3};
-
 use rayon::prelude::*;
 
 use super::Plane;
@@ -48,6 +48,16 @@ impl Default for ReconstructionSettings {
     }
 }
 
+impl Validate for ReconstructionSettings {
+    fn ranges(&self) -> Ranges {
+        let trim = Some(self.trim).filter(|trim| *trim != f64::INFINITY);
+        Ranges::default()
+            .with("trim", &trim, NOT_NEGATIVE)
+            .with("gap", &self.gap, NOT_NEGATIVE)
+            .nested("poisson", &self.poisson)
+    }
+}
+
 /// A closed mesh, and how it came about.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Reconstruction {
@@ -72,16 +82,7 @@ pub fn reconstruct(
     settings: &ReconstructionSettings,
     name: &str,
 ) -> Result<Reconstruction, GeometryError> {
-    for (name, value) in [("trim", settings.trim), ("gap", settings.gap)] {
-        if value.is_nan() || value < 0.0 {
-            return Err(GeometryError::Setting {
-                name,
-                value,
-                low: 0.0,
-                high: f64::INFINITY,
-            });
-        }
-    }
+    settings.validate()?;
     let surface = poisson_surface(cloud, &settings.poisson)?;
     let first = cloud.points[0];
     let (low, high) = (cloud.points.iter()).fold((first, first), |(l, h), p| (l.inf(p), h.sup(p)));

@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use graspd_settings::{Ranges, Validate, between};
 use nalgebra::{Isometry3, Point3, Vector3};
 use serde_json::json;
 
@@ -39,28 +40,18 @@ pub struct ScanSettings {
     pub noise: DepthNoise,
 }
 
-impl ScanSettings {
-    fn validate(&self) -> Result<(), GeometryError> {
-        let check = |name, value: f64, low: f64, high: f64| {
-            if (low..=high).contains(&value) {
-                return Ok(());
-            }
-            Err(GeometryError::Setting {
-                name,
-                value,
-                low,
-                high,
-            })
-        };
-        check("noise scale", self.noise.scale, 0.0, 100.0)?;
-        for &camera in &self.views.cameras {
-            check("camera", f64::from(camera), 1.0, 5.0)?;
-        }
-        for &angle in &self.views.angles {
-            check("angle", f64::from(angle), 0.0, 359.0)?;
-        }
-        let views = self.views.cameras.len() * self.views.angles.len();
-        check("number of views", views as f64, 1.0, 1800.0)
+impl Validate for ScanSettings {
+    fn ranges(&self) -> Ranges {
+        let TurntableViews { cameras, angles } = &self.views;
+        Ranges::default()
+            .with("noise scale", &self.noise.scale, between(0.0, 100.0))
+            .with("camera", cameras, between(1.0, 5.0))
+            .with("angle", angles, between(0.0, 359.0))
+            .with(
+                "number of views",
+                &(cameras.len() * angles.len()),
+                between(1.0, 1800.0),
+            )
     }
 }
 
@@ -96,14 +87,8 @@ pub fn scan_on_turntable(
     let reach = (mesh.vertices.iter())
         .map(|p| (p - aim).norm())
         .fold(0.0, f64::max);
-    if reach > MOST_REACH {
-        return Err(GeometryError::Setting {
-            name: "the object's reach from the point that the cameras look at [m]",
-            value: reach,
-            low: 0.0,
-            high: MOST_REACH,
-        });
-    }
+    let what = "the object's reach from the point that the cameras look at";
+    between(0.0, MOST_REACH).unit("m").check(what, &reach)?;
     let capture = RenderedCapture {
         rigs: settings.views.cameras.iter().map(|&k| rig(k)).collect(),
         room_from_reference: rig(5).room_from_color,

@@ -1,5 +1,7 @@
 //! How a distance grid is sampled.
 
+use graspd_settings::{NOT_NEGATIVE, ranges};
+
 use super::SdfGrid;
 use super::grid::check_dims;
 use super::tiles::Tiles;
@@ -46,15 +48,7 @@ impl SdfSampling {
     /// A resolution, padding or band out of range.
     pub fn validate(&self) -> Result<(), GeometryError> {
         check_dims([self.resolution; 3])?;
-        for (name, length) in [("padding", Some(self.padding)), ("band", self.band)] {
-            if let Some(length) = length
-                && !(length >= 0.0 && length.is_finite())
-            {
-                let what = format!("the {name} is {length}");
-                return Err(GeometryError::GridExtent { what });
-            }
-        }
-        Ok(())
+        Ok(ranges! { self => padding: NOT_NEGATIVE, band: NOT_NEGATIVE }.check()?)
     }
 
     /// What a grid sampled this way depends on.

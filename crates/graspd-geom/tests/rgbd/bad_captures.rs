@@ -237,7 +237,7 @@ fn clouds_that_cannot_be_objects() {
     };
     assert!(matches!(
         reconstruct(&fused.cloud, fused.table.as_ref(), &settings, "x"),
-        Err(GeometryError::Setting { name: "trim", .. })
+        Err(GeometryError::Setting(fault)) if fault.setting == "trim"
     ));
     settings = ReconstructionSettings::default();
     settings.poisson.depth = 13;

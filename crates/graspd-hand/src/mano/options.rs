@@ -1,7 +1,8 @@
 //! What of a skinned model a hand is made with.
 
+use graspd_settings::{AT_LEAST_ONE, OutOfRange, between, ranges};
+
 use super::model::SkinnedModel;
-use crate::HandError;
 
 /// How a skinned hand is made from its [`SkinnedModel`](crate::SkinnedModel).
 #[derive(Clone, Debug, PartialEq)]
@@ -31,36 +32,15 @@ impl SkinnedHandOptions {
     /// Checks the options against a model.
     ///
     /// # Errors
-    /// [`HandError::BadOption`] naming the option.
-    pub fn validate(&self, model: &SkinnedModel) -> Result<(), HandError> {
-        let bad = |option, value: String, remedy| {
-            Err(HandError::BadOption {
-                option,
-                value,
-                remedy,
-            })
-        };
-        if self.shape.len() > model.shape_count() {
-            let value = format!("{} numbers", self.shape.len());
-            return bad("shape", value, "the model has fewer shape parameters");
+    /// Names the option that is out of range.
+    pub fn validate(&self, model: &SkinnedModel) -> Result<(), OutOfRange> {
+        let parameters = between(0.0, model.shape_count() as f64);
+        ranges! { self =>
+            // Standard deviations: what lies beyond this is no hand.
+            shape: between(-10.0, 10.0),
+            components: AT_LEAST_ONE,
         }
-        if let Some(value) = self
-            .shape
-            .iter()
-            .find(|value| !(-LARGEST_SHAPE..=LARGEST_SHAPE).contains(*value))
-        {
-            return bad(
-                "shape",
-                value.to_string(),
-                "give numbers from -10 to 10, in standard deviations",
-            );
-        }
-        if self.components == 0 {
-            return bad("components", "0".into(), "give 1 to 45");
-        }
-        Ok(())
+        .with("shape (how many parameters)", &self.shape.len(), parameters)
+        .check()
     }
 }
-
-/// Shape parameters are counted in standard deviations: hands beyond this are no hands.
-const LARGEST_SHAPE: f64 = 10.0;

@@ -3,6 +3,7 @@
 use graspd_eval::{Contact, FRICTION_EDGES};
 use graspd_geom::{Quaternion, Vec3};
 use graspd_hand::{Hand, HandPose};
+use graspd_settings::Validate;
 use nalgebra::{Point3, Vector3};
 use rand::Rng;
 use rand_chacha::ChaCha8Rng;

@@ -1,8 +1,7 @@
 //! What the annealing depends on.
 
+use graspd_settings::{AT_LEAST_ONE, NOT_NEGATIVE, Ranges, Validate, between, ranges};
 use serde::{Deserialize, Serialize};
-
-use crate::GraspError;
 
 /// Simulated annealing of a hand's base and eigengrasp amplitudes on the contact energy, see [`anneal`](super::anneal).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -50,45 +49,20 @@ impl Default for AnnealingSettings {
     }
 }
 
-impl AnnealingSettings {
-    /// Checks every field.
-    ///
-    /// # Errors
-    /// [`GraspError::InvalidSetting`] naming the field.
-    pub fn validate(&self) -> Result<(), GraspError> {
-        let invalid = |field, value, wanted| {
-            Err(GraspError::InvalidSetting {
-                field,
-                value,
-                wanted,
-            })
-        };
-        if !(1..=2).contains(&self.amplitudes) {
-            let value = self.amplitudes as f64;
-            return invalid("annealing.amplitudes", value, "1 or 2");
+impl Validate for AnnealingSettings {
+    fn ranges(&self) -> Ranges {
+        ranges! { self =>
+            amplitudes: between(1.0, 2.0),
+            virtual_contacts: AT_LEAST_ONE,
+            checked_points: AT_LEAST_ONE,
+            attempts: AT_LEAST_ONE,
+            alignment: NOT_NEGATIVE,
+            reach: NOT_NEGATIVE,
+            kept: AT_LEAST_ONE,
+            apart: NOT_NEGATIVE,
+            approach: NOT_NEGATIVE,
+            contact_depth: NOT_NEGATIVE,
+            friction: NOT_NEGATIVE,
         }
-        for (field, count) in [
-            ("annealing.virtual_contacts", self.virtual_contacts),
-            ("annealing.checked_points", self.checked_points),
-            ("annealing.attempts", self.attempts),
-            ("annealing.kept", self.kept),
-        ] {
-            if count == 0 {
-                return invalid(field, 0.0, "at least 1");
-            }
-        }
-        for (field, value) in [
-            ("annealing.alignment", self.alignment),
-            ("annealing.reach", self.reach),
-            ("annealing.apart", self.apart),
-            ("annealing.approach", self.approach),
-            ("annealing.contact_depth", self.contact_depth),
-            ("annealing.friction", self.friction),
-        ] {
-            if !(value.is_finite() && value >= 0.0) {
-                return invalid(field, value, "a number >= 0");
-            }
-        }
-        Ok(())
     }
 }

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::fmt;
 use std::path::{Path, PathBuf};
 
+use graspd_settings::Validate;
 use toml::{Table, Value};
 
 use super::descriptions::place;

@@ -11,6 +11,7 @@ mod tree;
 
 use graspd_eval::EvaluationSettings;
 use graspd_geom::SdfSampling;
+use graspd_settings::{AT_LEAST_ONE, Ranges, Validate, between};
 use serde::{Deserialize, Serialize};
 
 pub use descriptions::{Parameter, parameter};
@@ -18,15 +19,12 @@ pub use layers::{ConfigurationEntry, ConfigurationLayers, Origin, ResolvedConfig
 pub(crate) use layers::{is_section, nearest_key};
 pub(crate) use tree::{at as leaf_at, leaves as table_leaves};
 
-use crate::GraspError;
 use crate::execution::ExecutionSettings;
 use crate::object::{PAPER_PADDING, PAPER_RESOLUTION};
 use crate::preset::SynthesisSettings;
 
 /// Starts of a run; paper: 10 (supplementary A.6).
 const USUAL_GRASPS: usize = 10;
-/// Samples of a distance grid along each axis: fewer make no cell, and more fill gigabytes.
-const RESOLUTIONS: std::ops::RangeInclusive<usize> = 2..=1024;
 
 /// Everything that grasps depend on besides object and hand.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -54,6 +52,23 @@ impl Default for Configuration {
     }
 }
 
+impl Validate for Configuration {
+    fn ranges(&self) -> Ranges {
+        Ranges::default()
+            .with("grasps", &self.grasps, AT_LEAST_ONE)
+            // Fewer make no cell, and more fill gigabytes.
+            .with("sdf_resolution", &self.sdf_resolution, between(2.0, 1024.0))
+            .with(
+                "sdf_padding_m",
+                &self.sdf_padding_m,
+                between(0.0, 1.0).unit("m"),
+            )
+            .nested("settings", &self.settings)
+            .nested("execution", &self.execution)
+            .nested("evaluation", &self.evaluation)
+    }
+}
+
 impl Configuration {
     /// The defaults of everything else, with these settings of the optimisation.
     pub fn with_settings(settings: SynthesisSettings) -> Self {
@@ -71,33 +86,5 @@ impl Configuration {
     /// How the distance grid is sampled.
     pub fn sdf_sampling(&self) -> SdfSampling {
         SdfSampling::exact(self.sdf_resolution, self.sdf_padding_m)
-    }
-
-    /// Checks every field.
-    ///
-    /// # Errors
-    /// Names the first field that is out of range.
-    pub fn validate(&self) -> Result<(), GraspError> {
-        let invalid = |field, value, wanted| {
-            Err(GraspError::InvalidSetting {
-                field,
-                value,
-                wanted,
-            })
-        };
-        if self.grasps == 0 {
-            return invalid("n (the number of grasps)", 0.0, "at least 1");
-        }
-        if !RESOLUTIONS.contains(&self.sdf_resolution) {
-            let value = self.sdf_resolution as f64;
-            return invalid("sdf_resolution", value, "2 to 1024");
-        }
-        if !(0.0..=1.0).contains(&self.sdf_padding_m) {
-            return invalid("sdf_padding_m", self.sdf_padding_m, "0 to 1 m");
-        }
-        self.settings.validate()?;
-        self.execution.validate()?;
-        self.evaluation.validate()?;
-        Ok(())
     }
 }

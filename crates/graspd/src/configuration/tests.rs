@@ -183,7 +183,7 @@ fn mistakes_are_named_with_their_layer() {
         ("grasps = 0", ["grasps", "at least 1"]),
         ("sdf_resolution = 5000", ["sdf_resolution", "2 to 1024"]),
         ("sdf_padding_m = -1", ["sdf_padding_m", "0 to 1"]),
-        ("[settings]\nleak = 2", ["leak", "between 0 and 1"]),
+        ("[settings]\nleak = 2", ["settings.leak", "0 to 1"]),
     ] {
         let message = fault(&[text]);
         for part in parts {

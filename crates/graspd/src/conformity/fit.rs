@@ -3,6 +3,7 @@
 use graspd_eval::Contact;
 use graspd_geom::{Quaternion, SdfGrid, Vec3};
 use graspd_hand::{Hand, HandPose, clamp_to_limits};
+use graspd_settings::Validate;
 use nalgebra::{DMatrix, DVector, Vector3};
 
 use super::core::{HandCore, HandSolids};

@@ -1,9 +1,11 @@
 //! What a fit depends on.
 
+use graspd_settings::{
+    AT_LEAST_ONE, FINITE, FRACTION, NOT_NEGATIVE, POSITIVE, Ranges, Validate, between, ranges,
+};
 use serde::{Deserialize, Serialize};
 
 use super::cost::SkinCost;
-use crate::GraspError;
 
 /// How hands are fitted to objects, see [`fit_hand`](crate::fit_hand). Lengths are \[m\].
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -112,107 +114,40 @@ const RETREAT: f64 = 30.0;
 const LEAST_REACH: f64 = 1e-5;
 
 /// More points than any skin needs: at 10^6 they lie a few tenths of a millimetre apart.
-const MOST_SAMPLES: usize = 1_000_000;
+const MAX_SAMPLES: f64 = 1e6;
+
+impl Validate for ConformitySettings {
+    fn ranges(&self) -> Ranges {
+        let samples = between(1.0, MAX_SAMPLES);
+        ranges! { self =>
+            candidates: AT_LEAST_ONE,
+            promising: AT_LEAST_ONE,
+            finalists: AT_LEAST_ONE,
+            imbalance_discount: FRACTION,
+            closure_discount: FRACTION,
+            firm_closure: POSITIVE,
+            coarse_samples: samples,
+            fine_samples: samples,
+            core_samples: samples,
+            dense_samples: samples,
+            densest_samples: samples,
+            reach: POSITIVE,
+            depth: NOT_NEGATIVE,
+            most_depth: FINITE.at_least_setting("depth", self.depth),
+            rigid_most_depth: FINITE.at_least_setting("depth", self.depth),
+            depth_scale: POSITIVE,
+            deep_weights: NOT_NEGATIVE,
+            deepest: FINITE.at_least_setting("most_depth", self.most_depth),
+            rigid_deepest: FINITE.at_least_setting("rigid_most_depth", self.rigid_most_depth),
+            limit_weight: NOT_NEGATIVE,
+            core_weights: NOT_NEGATIVE,
+            posture_weight: NOT_NEGATIVE,
+            intersection_weight: NOT_NEGATIVE,
+        }
+    }
+}
 
 impl ConformitySettings {
-    /// Checks every field.
-    ///
-    /// # Errors
-    /// [`GraspError::InvalidSetting`] naming the field.
-    pub fn validate(&self) -> Result<(), GraspError> {
-        let check = |field, value: f64, is_allowed: bool, wanted| {
-            if is_allowed && value.is_finite() {
-                return Ok(());
-            }
-            Err(GraspError::InvalidSetting {
-                field,
-                value,
-                wanted,
-            })
-        };
-        for (field, count) in [
-            ("conformity.candidates", self.candidates),
-            ("conformity.promising", self.promising),
-            ("conformity.finalists", self.finalists),
-        ] {
-            check(field, count as f64, count >= 1, "at least 1")?;
-        }
-        let [coarse_core, fine_core] = self.core_samples;
-        let [soft_dense, rigid_dense] = self.dense_samples;
-        let [soft_densest, rigid_densest] = self.densest_samples;
-        for (field, samples) in [
-            ("conformity.coarse_samples", self.coarse_samples),
-            ("conformity.fine_samples", self.fine_samples),
-            ("conformity.dense_samples", soft_dense),
-            ("conformity.dense_samples", rigid_dense),
-            ("conformity.densest_samples", soft_densest),
-            ("conformity.densest_samples", rigid_densest),
-            ("conformity.core_samples", coarse_core),
-            ("conformity.core_samples", fine_core),
-        ] {
-            let is_allowed = (1..=MOST_SAMPLES).contains(&samples);
-            check(field, samples as f64, is_allowed, "1 to 1000000")?;
-        }
-        for reach in self.reach {
-            check("conformity.reach", reach, reach > 0.0, "positive numbers")?;
-        }
-        for (field, most) in [
-            ("conformity.most_depth", self.most_depth),
-            ("conformity.rigid_most_depth", self.rigid_most_depth),
-        ] {
-            check(field, most, most >= self.depth, "at least conformity.depth")?;
-        }
-        for (field, deepest, most) in [
-            ("conformity.deepest", self.deepest, self.most_depth),
-            (
-                "conformity.rigid_deepest",
-                self.rigid_deepest,
-                self.rigid_most_depth,
-            ),
-        ] {
-            let wanted =
-                "at least the depth that the fit allows (conformity.most_depth, rigid_most_depth)";
-            check(field, deepest, deepest >= most, wanted)?;
-        }
-        for (field, discount) in [
-            ("conformity.imbalance_discount", self.imbalance_discount),
-            ("conformity.closure_discount", self.closure_discount),
-        ] {
-            check(field, discount, (0.0..=1.0).contains(&discount), "0 to 1")?;
-        }
-        for (field, value) in [
-            ("conformity.firm_closure", self.firm_closure),
-            ("conformity.depth_scale", self.depth_scale),
-        ] {
-            check(field, value, value > 0.0, "a positive number")?;
-        }
-        for weight in self.deep_weights {
-            check(
-                "conformity.deep_weights",
-                weight,
-                weight >= 0.0,
-                "numbers >= 0",
-            )?;
-        }
-        for weight in self.core_weights {
-            check(
-                "conformity.core_weights",
-                weight,
-                weight >= 0.0,
-                "numbers >= 0",
-            )?;
-        }
-        for (field, value) in [
-            ("conformity.depth", self.depth),
-            ("conformity.limit_weight", self.limit_weight),
-            ("conformity.posture_weight", self.posture_weight),
-            ("conformity.intersection_weight", self.intersection_weight),
-        ] {
-            check(field, value, value >= 0.0, "a number >= 0")?;
-        }
-        Ok(())
-    }
-
     /// The stages of the coarse fit.
     pub(super) fn coarse_stages(&self, is_rigid: bool) -> [Stage; 2] {
         let [far, near, touching, ..] = self.reach;

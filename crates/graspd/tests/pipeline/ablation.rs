@@ -1,5 +1,6 @@
 //! The method without one of its parts, and the released code's variant.
 
+use graspd::Validate;
 use graspd::{ConstraintMethod, Losses, MethodPart, SynthesisSettings, draw_start, synthesize};
 use graspd_hand::HandPose;
 

@@ -1,5 +1,6 @@
 //! The annealing planner.
 
+use graspd::Validate;
 use graspd::{AnnealingSettings, SynthesisSettings, anneal, draw_start, start_rng};
 use graspd_hand::HandPose;
 use graspd_sim::Scene;
@@ -56,8 +57,8 @@ fn settings_out_of_range_are_named() {
         change(&mut annealing);
         annealing.validate().unwrap_err().to_string()
     };
-    assert!(fault(|s| s.amplitudes = 3).contains("annealing.amplitudes"));
-    assert!(fault(|s| s.kept = 0).contains("annealing.kept"));
-    assert!(fault(|s| s.alignment = f64::NAN).contains("annealing.alignment"));
-    assert!(fault(|s| s.reach = -1.0).contains("annealing.reach"));
+    assert!(fault(|s| s.amplitudes = 3).contains("`amplitudes`"));
+    assert!(fault(|s| s.kept = 0).contains("`kept`"));
+    assert!(fault(|s| s.alignment = f64::NAN).contains("`alignment`"));
+    assert!(fault(|s| s.reach = -1.0).contains("`reach`"));
 }

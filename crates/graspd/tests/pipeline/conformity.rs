@@ -1,5 +1,6 @@
 //! Fitting a hand's skin to an object.
 
+use graspd::Validate;
 use graspd::{
     ConformitySettings, ExecutionSettings, GraspObject, HandFitter, NamedMesh, RunSettings,
     SkinSamples, SynthesisSettings, draw_start, fit_hand, synthesize_grasps,

@@ -1,5 +1,6 @@
 //! Pre-grasps and squeezes.
 
+use graspd::Validate;
 use graspd::{ClosingOrder, ExecutionSettings, plan_pre_grasp, plan_squeeze};
 use graspd_geom::Vec3;
 use graspd_hand::{Hand, HandPose, Kinematics, PointBuffer, closed_articulation};

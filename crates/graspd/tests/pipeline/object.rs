@@ -61,7 +61,7 @@ fn scales_that_make_no_sense_are_refused() {
     for scale in [0.0, -1.0, f64::NAN, f64::INFINITY] {
         let error = load_error("mug", scale);
         assert!(
-            matches!(error, GraspError::InvalidSetting { field: "scale", .. }),
+            matches!(&error, GraspError::Setting(fault) if fault.setting == "scale"),
             "{error}"
         );
     }

@@ -1,5 +1,6 @@
 //! The settings of a synthesis and their named sets.
 
+use graspd::Validate;
 use graspd::{
     GraspError, PAPER_PADDING, PAPER_RESOLUTION, PAPER_STANDOFF, PRESETS, SynthesisSettings,
 };

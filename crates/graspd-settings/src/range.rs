@@ -1,0 +1,235 @@
+//! Ranges, and how messages name them.
+
+use std::fmt;
+
+use crate::{Numbers, OutOfRange};
+
+/// The finite numbers between two bounds.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Range {
+    low: Bound,
+    high: Bound,
+    unit: &'static str,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Bound {
+    value: f64,
+    /// Whether the value itself is in the range.
+    is_included: bool,
+    /// The setting whose value it is, if it is one's.
+    setting: Option<&'static str>,
+}
+
+/// Finite numbers.
+pub const FINITE: Range = between(f64::NEG_INFINITY, f64::INFINITY);
+/// x > 0
+pub const POSITIVE: Range = FINITE.more_than(0.0);
+/// x >= 0
+pub const NOT_NEGATIVE: Range = FINITE.at_least(0.0);
+/// 0 <= x <= 1
+pub const FRACTION: Range = between(0.0, 1.0);
+/// x >= 1
+pub const AT_LEAST_ONE: Range = FINITE.at_least(1.0);
+
+/// low <= x <= high
+pub const fn between(low: f64, high: f64) -> Range {
+    Range {
+        low: Bound::at(low),
+        high: Bound::at(high),
+        unit: "",
+    }
+}
+
+impl Bound {
+    const fn at(value: f64) -> Self {
+        Self {
+            value,
+            is_included: true,
+            setting: None,
+        }
+    }
+
+    const fn beside(value: f64) -> Self {
+        Self {
+            is_included: false,
+            ..Self::at(value)
+        }
+    }
+
+    const fn of(setting: &'static str, value: f64) -> Self {
+        Self {
+            setting: Some(setting),
+            ..Self::at(value)
+        }
+    }
+}
+
+impl Range {
+    /// The part with x >= low.
+    pub const fn at_least(self, low: f64) -> Self {
+        let low = Bound::at(low);
+        Self { low, ..self }
+    }
+
+    /// The part with x > low.
+    pub const fn more_than(self, low: f64) -> Self {
+        let low = Bound::beside(low);
+        Self { low, ..self }
+    }
+
+    /// The part with x <= high.
+    pub const fn at_most(self, high: f64) -> Self {
+        let high = Bound::at(high);
+        Self { high, ..self }
+    }
+
+    /// The part with x < high.
+    pub const fn less_than(self, high: f64) -> Self {
+        let high = Bound::beside(high);
+        Self { high, ..self }
+    }
+
+    /// The part with x >= `value`, which is that of another setting.
+    pub const fn at_least_setting(self, setting: &'static str, value: f64) -> Self {
+        let low = Bound::of(setting, value);
+        Self { low, ..self }
+    }
+
+    /// The part with x > `value`, which is that of another setting.
+    pub const fn more_than_setting(self, setting: &'static str, value: f64) -> Self {
+        let low = Bound {
+            is_included: false,
+            ..Bound::of(setting, value)
+        };
+        Self { low, ..self }
+    }
+
+    /// The part with x <= `value`, which is that of another setting.
+    pub const fn at_most_setting(self, setting: &'static str, value: f64) -> Self {
+        let high = Bound::of(setting, value);
+        Self { high, ..self }
+    }
+
+    /// The same numbers, told in a unit.
+    pub const fn unit(self, unit: &'static str) -> Self {
+        Self { unit, ..self }
+    }
+
+    /// Whether a number is finite and lies between the bounds.
+    pub fn contains(&self, value: f64) -> bool {
+        let Self { low, high, .. } = self;
+        value.is_finite()
+            && (value > low.value || (low.is_included && value == low.value))
+            && (value < high.value || (high.is_included && value == high.value))
+    }
+
+    /// Checks one setting.
+    ///
+    /// # Errors
+    /// If it has a number outside the range.
+    pub fn check(&self, setting: &str, value: &(impl Numbers + ?Sized)) -> Result<(), OutOfRange> {
+        let wrong = value.find(&|number| !self.contains(number));
+        wrong.map_or(Ok(()), |value| {
+            Err(OutOfRange {
+                setting: setting.to_owned(),
+                value,
+                allowed: *self,
+            })
+        })
+    }
+}
+
+impl fmt::Display for Bound {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.setting {
+            Some(setting) => write!(f, "`{setting}`"),
+            None => write!(f, "{}", self.value),
+        }
+    }
+}
+
+impl fmt::Display for Range {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { low, high, unit } = self;
+        let least = if low.is_included {
+            "at least"
+        } else {
+            "more than"
+        };
+        let most = if high.is_included {
+            "at most"
+        } else {
+            "less than"
+        };
+        match (low.value == f64::NEG_INFINITY, high.value == f64::INFINITY) {
+            (true, true) => f.write_str("a finite number")?,
+            (false, true) if *low == POSITIVE.low => f.write_str("a positive number")?,
+            (false, true) => write!(f, "{least} {low}")?,
+            (true, false) => write!(f, "{most} {high}")?,
+            (false, false) if low.is_included && high.is_included => write!(f, "{low} to {high}")?,
+            (false, false) => write!(f, "{least} {low} and {most} {high}")?,
+        }
+        if unit.is_empty() {
+            return Ok(());
+        }
+        write!(f, " {unit}")
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn no_range_contains_what_is_no_finite_number() {
+        for range in [
+            FINITE,
+            POSITIVE,
+            NOT_NEGATIVE,
+            AT_LEAST_ONE,
+            between(-1.0, 1.0),
+        ] {
+            for value in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
+                assert!(!range.contains(value), "{range} contains {value}");
+            }
+        }
+        let unbounded = FINITE.at_least_setting("depth", f64::NAN);
+        assert!(
+            !unbounded.contains(1.0),
+            "a bound that is no number bounds nothing"
+        );
+    }
+
+    #[test]
+    fn bounds_belong_to_their_range_unless_excluded() {
+        for (range, inside, outside) in [
+            (POSITIVE, f64::MIN_POSITIVE, 0.0),
+            (NOT_NEGATIVE, 0.0, -f64::MIN_POSITIVE),
+            (AT_LEAST_ONE, 1.0, 0.0),
+            (FRACTION, 1.0, 1.0 + f64::EPSILON),
+            (FRACTION.less_than(1.0), 0.0, 1.0),
+            (FRACTION.more_than(0.0), 1.0, 0.0),
+            (FINITE.at_least_setting("a", 3.0), 3.0, 2.0),
+            (FINITE.at_most_setting("a", 3.0), 3.0, 4.0),
+        ] {
+            assert!(range.contains(inside), "{range}: {inside}");
+            assert!(!range.contains(outside), "{range}: {outside}");
+        }
+    }
+
+    #[test]
+    fn ranges_are_told_in_words() {
+        for (range, words) in [
+            (FINITE, "a finite number"),
+            (POSITIVE, "a positive number"),
+            (NOT_NEGATIVE, "at least 0"),
+            (between(1e-4, 0.1).unit("m"), "0.0001 to 0.1 m"),
+            (FRACTION.less_than(1.0), "at least 0 and less than 1"),
+            (FINITE.at_most_setting("a", 3.0), "at most `a`"),
+            (FINITE.less_than(2.0), "less than 2"),
+        ] {
+            assert_eq!(range.to_string(), words);
+        }
+    }
+}
