@@ -39,7 +39,8 @@ impl Schedule {
     /// # Errors
     /// If a value is not finite, or the span is empty.
     pub fn linear(from: f64, to: f64, start: usize, end: usize) -> Result<Self, OptimizationError> {
-        FINITE.check("schedule value", &[from, to])?;
+        FINITE.check("schedule value at the start", &from)?;
+        FINITE.check("schedule value at the end", &to)?;
         Ok(Self {
             base: Curve::new("linear schedule", from, to, start, end, Shape::Linear)?,
             factors: Vec::new(),
@@ -83,7 +84,7 @@ impl Schedule {
         end: usize,
         final_factor: f64,
     ) -> Result<Self, OptimizationError> {
-        FRACTION.check("final factor of a decay", &final_factor)?;
+        FRACTION.check("final_factor", &final_factor)?;
         self.with_factor("linear decay", 1.0, start, end, Shape::Linear, final_factor)
     }
 
@@ -97,7 +98,7 @@ impl Schedule {
         end: usize,
         final_factor: f64,
     ) -> Result<Self, OptimizationError> {
-        FRACTION.check("final factor of a decay", &final_factor)?;
+        FRACTION.check("final_factor", &final_factor)?;
         self.with_factor("cosine decay", 1.0, start, end, Shape::Cosine, final_factor)
     }
 
@@ -113,7 +114,7 @@ impl Schedule {
     ) -> Result<Self, OptimizationError> {
         FRACTION
             .more_than(0.0)
-            .check("final factor of a decay", &final_factor)?;
+            .check("final_factor", &final_factor)?;
         self.with_factor(
             "exponential decay",
             1.0,

@@ -1,14 +1,9 @@
 //! What can go wrong before a simulation starts.
 
-use graspd_settings::OutOfRange;
-
 /// Why a simulation cannot be set up.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum SimulationError {
-    /// A parameter outside its range.
-    #[error(transparent)]
-    Parameter(#[from] OutOfRange),
     /// Mass properties that no rigid body has.
     #[error("the object's {what} is {value}; a closed mesh with a positive volume is needed")]
     InvalidMass {

@@ -360,6 +360,6 @@ fn shakes_with_nonsense_are_refused() {
             ..ShakeSettings::default()
         };
         let message = shake(&box_object(), &hand, &settings).unwrap_err();
-        assert!(message.to_string().contains("shake.duration"), "{message}");
+        assert!(message.to_string().contains("`duration`"), "{message}");
     }
 }
