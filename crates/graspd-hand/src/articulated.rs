@@ -11,8 +11,8 @@ use crate::mirroring::{Reflection, mirrored_name};
 use crate::part::Part;
 use crate::self_collision::{self, Sphere};
 use crate::{
-    CollisionSpheres, ContactPoints, Hand, HandError, HandPose, HandScratch, KinematicTree, Limit,
-    PalmFrame, PointBuffer, PosedHand, Pull, PullRows,
+    CollisionSpheres, ContactPoints, Hand, HandError, HandPose, HandScratch, JacobianRows,
+    KinematicTree, Limit, PalmFrame, PointBuffer, PointForces, PosedHand,
 };
 
 /// How finely a hand is covered with contact points and spheres.
@@ -78,7 +78,7 @@ pub struct ArticulatedHand {
     pub(crate) vertex_bodies: Vec<u32>,
     pub(crate) spheres: CollisionSpheres,
     pub(crate) sphere_centers: Vec<Vec3<f64>>,
-    /// See [`Hand::described_closing`].
+    /// See [`Hand::closing_overrides`].
     closing: Vec<Option<f64>>,
 }
 
@@ -261,7 +261,13 @@ impl Hand for ArticulatedHand {
     fn place(&self, pose: &HandPose, posed: &mut PosedHand) {
         self.place_points(pose, posed);
     }
-    fn pull_rows(&self, pose: &HandPose, posed: &PosedHand, pulls: &[Pull], rows: &mut PullRows) {
+    fn jacobian_rows(
+        &self,
+        pose: &HandPose,
+        posed: &PosedHand,
+        pulls: &[PointForces],
+        rows: &mut JacobianRows,
+    ) {
         self.rows_of(pose, posed, pulls, rows);
     }
     fn rigid_parts(&self) -> Vec<Part> {
@@ -279,10 +285,10 @@ impl Hand for ArticulatedHand {
     fn notes(&self) -> &[String] {
         &self.description.notes
     }
-    fn followers(&self) -> Vec<String> {
-        self.tree().followers()
+    fn coupled_joints(&self) -> Vec<String> {
+        self.tree().coupled_joints()
     }
-    fn described_closing(&self) -> &[Option<f64>] {
+    fn closing_overrides(&self) -> &[Option<f64>] {
         &self.closing
     }
     fn new_scratch(&self) -> HandScratch {

@@ -5,7 +5,7 @@ use std::ops::Range;
 use graspd_ad::{Element, Kernel, Real, vectorize};
 use graspd_geom::{Rigid, Vec3};
 
-use crate::split::{Row, SplitRows};
+use crate::double_single::{DoubleSingleRows, Row};
 use crate::{
     ArticulatedHand, HandPose, HandScratch, Kinematics, POINT_PADDING, PointBuffer, PoseGradient,
 };
@@ -119,7 +119,7 @@ impl Kernel for SplitPlace<'_> {
     #[inline(always)]
     fn run<L: Real<Element = f32>>(self) {
         let local = [&self.local.x, &self.local.y, &self.local.z].map(|x| x.as_chunks().0);
-        let mut rows = SplitRows::of(self.points, self.remainder);
+        let mut rows = DoubleSingleRows::of(self.points, self.remainder);
         for (body, range) in self.ranges {
             let pose = &self.poses[*body];
             for block in range.start / POINT_PADDING..range.end / POINT_PADDING {

@@ -6,7 +6,7 @@ use graspd_geom::{Rigid, SignedDistance, Vec3, sample_evenly};
 use nalgebra::{Isometry3, Point3, Vector3};
 
 use crate::part::Part;
-use crate::ridges::{Ridge, points_along, ridges};
+use crate::sharp_edges::{SharpEdge, points_along, sharp_edges};
 use crate::{HandError, HandOptions, POINT_PADDING};
 
 /// A surface point is buried if the point this far above it is inside another part \[m\]: nothing fits in between.
@@ -15,9 +15,9 @@ const CLEARANCE: f64 = 5e-4;
 const SAME_SURFACE: f64 = 1e-6;
 
 /// At most this share of the points lies on sharp edges, which would otherwise dig in between points unseen.
-const RIDGE_SHARE: f64 = 0.3;
+const EDGE_SHARE: f64 = 0.3;
 /// Fewer points than this are all needed on the faces.
-const FEW_POINTS: f64 = 500.0;
+const MIN_POINTS_FOR_EDGES: f64 = 500.0;
 /// Points spread to learn how much of the surface is buried: enough to know it to about 1 %.
 const TRIAL_POINTS: f64 = 1000.0;
 
@@ -42,32 +42,32 @@ pub(crate) fn spread(
         return Err(HandError::NoGeometry);
     }
     let motions: Vec<Isometry3<f64>> = poses.iter().map(|&pose| pose.into()).collect();
-    let ridges: Vec<_> = parts.iter().map(|part| ridges(&part.mesh)).collect();
-    let ridge_length: f64 = ridges.iter().flatten().map(Ridge::length).sum();
+    let sharp_edges: Vec<_> = parts.iter().map(|part| sharp_edges(&part.mesh)).collect();
+    let edge_length: f64 = sharp_edges.iter().flatten().map(SharpEdge::length).sum();
     let spread_with = |density: f64| {
         let mut points = Vec::new();
         // No denser along an edge than over a face.
-        let share = if density * area < FEW_POINTS {
+        let share = if density * area < MIN_POINTS_FOR_EDGES {
             0.0
         } else {
-            RIDGE_SHARE
+            EDGE_SHARE
         };
-        let ridge_count = (share * density * area).min(ridge_length * density.sqrt());
-        let ridge_spacing = if ridge_count > 0.0 {
-            ridge_length / ridge_count
+        let edge_count = (share * density * area).min(edge_length * density.sqrt());
+        let edge_spacing = if edge_count > 0.0 {
+            edge_length / edge_count
         } else {
             f64::INFINITY
         };
-        let face_density = density - ridge_count / area;
+        let face_density = density - edge_count / area;
         for (index, part) in parts.iter().enumerate() {
             let count = (face_density * part.mesh.area()).round() as usize;
             // Parts of one shape should not have one pattern.
             let samples = sample_evenly(&part.mesh, count, options.seed ^ ((index as u64) << 32));
             let on_faces = samples.into_iter().map(|s| (s.point, s.normal));
-            let on_ridges = points_along(&ridges[index], ridge_spacing);
+            let on_edges = points_along(&sharp_edges[index], edge_spacing);
             points.extend(
                 on_faces
-                    .chain(on_ridges)
+                    .chain(on_edges)
                     .filter(|&(p, normal)| is_exposed(index, p, normal, parts, solids, &motions))
                     .map(|(p, normal)| SurfacePoint {
                         body: part.body,

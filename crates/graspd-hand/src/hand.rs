@@ -4,7 +4,9 @@ use graspd_ad::Element;
 use graspd_geom::{Quaternion, Rigid, TriangleMesh, Vec3};
 use nalgebra::{DMatrix, Point3, Vector3};
 
-use crate::following::{PosedHand, Pull, PullRows, place_plainly, pull_rows_by_differences};
+use crate::jacobian_rows::{
+    JacobianRows, PointForces, PosedHand, jacobian_rows_by_differences, pose_by_forward,
+};
 use crate::mirroring::Reflected;
 use crate::part::Part;
 
@@ -223,15 +225,21 @@ pub trait Hand: Kinematics<f32> + Kinematics<f64> + Send + Sync {
     /// The vertices of [`Hand::surface`] and the spheres' centres, for who asks often: `posed` is overwritten, and its
     /// memory used again.
     fn place(&self, pose: &HandPose, posed: &mut PosedHand) {
-        place_plainly(self, pose, posed);
+        pose_by_forward(self, pose, posed);
     }
     /// One row of derivatives for each pull on the hand, `posed` being what [`Hand::place`] has made of the pose.
-    fn pull_rows(&self, pose: &HandPose, posed: &PosedHand, pulls: &[Pull], rows: &mut PullRows) {
-        pull_rows_by_differences(self, pose, posed, pulls, rows);
+    fn jacobian_rows(
+        &self,
+        pose: &HandPose,
+        posed: &PosedHand,
+        pulls: &[PointForces],
+        rows: &mut JacobianRows,
+    ) {
+        jacobian_rows_by_differences(self, pose, posed, pulls, rows);
     }
-    /// The columns of [`Hand::pull_rows`] are derivatives by coordinates z, with z = z_0 + B articulation: B, `[z, n]`;
+    /// The columns of [`Hand::jacobian_rows`] are derivatives by coordinates z, with z = z_0 + B articulation: B, `[z, n]`;
     /// `None` where z is the articulation itself.
-    fn row_basis(&self) -> Option<DMatrix<f64>> {
+    fn jacobian_basis(&self) -> Option<DMatrix<f64>> {
         None
     }
     /// The solids that [`Hand::surface`] consists of, in its order, each in the frame of its body; none for a skin, which
@@ -247,18 +255,22 @@ pub trait Hand: Kinematics<f32> + Kinematics<f64> + Send + Sync {
     fn notes(&self) -> &[String] {
         &[]
     }
-    /// The shape parameters of a hand in MANO's layout, whose articulation are its pose coefficients; `None` for other
-    /// hands.
-    fn mano_shape(&self) -> Option<&[f64]> {
+    /// Whether the hand has a soft skin, which yields where it touches; rigid links do not.
+    fn is_soft(&self) -> bool {
+        false
+    }
+    /// Shape parameters that the hand was made with, as records of its grasps keep them; `None` for a hand that has
+    /// none.
+    fn shape_parameters(&self) -> Option<&[f64]> {
         None
     }
     /// The joints that follow others, one phrase each, such as `joint of b = 0.333 a`.
-    fn followers(&self) -> Vec<String> {
+    fn coupled_joints(&self) -> Vec<String> {
         Vec::new()
     }
     /// What its description says about the way in which joints close, for [`closing_directions`](crate::closing_directions)
     /// to follow: `[n]`, `None` where it is to be found; or empty.
-    fn described_closing(&self) -> &[Option<f64>] {
+    fn closing_overrides(&self) -> &[Option<f64>] {
         &[]
     }
     /// Working memory for one worker.

@@ -33,30 +33,30 @@
 
 mod allegro;
 mod articulated;
-mod articulated_following;
+mod articulated_jacobian;
 mod articulated_kinematics;
 mod barrett;
 mod builtin;
-mod closing;
+mod closing_direction;
 
+mod collision_pairs;
 mod contact_points;
-mod encounters;
+mod double_single;
 mod error;
-mod following;
 mod hand;
 mod human;
+mod jacobian_rows;
 mod joint;
 mod leap;
 mod limits;
 mod mano;
 mod mirroring;
-mod outline;
 mod palm;
 mod part;
 mod primitive_hand;
-mod ridges;
 mod self_collision;
-mod split;
+mod sharp_edges;
+mod swept_solids;
 mod tree;
 mod urdf;
 
@@ -67,16 +67,17 @@ pub use builtin::{
     BUILTIN_HANDS, BuiltinHand, LoadOptions, SkinOptions, builtin_hand, load_hand, load_hand_from,
     load_hand_with,
 };
-pub use closing::{closed_articulation, closing_directions};
+pub use closing_direction::{closed_articulation, closing_directions};
 pub use error::HandError;
-pub use following::{
-    HandPoint, PosedHand, Pull, PullRow, PullRows, place_plainly, pull_rows_by_differences,
-};
 pub use hand::{
     CollisionSpheres, ContactPoints, Hand, HandPose, HandScratch, Kinematics, Limit, POINT_PADDING,
     PalmFrame, PointBuffer, PoseGradient,
 };
 pub use human::{HUMAN_SHAPE_NAMES, HumanPoseSpace, human, human_model};
+pub use jacobian_rows::{
+    HandPoint, JacobianRow, JacobianRows, PointForces, PosedHand, jacobian_rows_by_differences,
+    pose_by_forward,
+};
 pub use joint::{Joint, JointKind, Mimic};
 pub use leap::leap;
 pub use limits::{clamp_to_limits, middle_of_limits};

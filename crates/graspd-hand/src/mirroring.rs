@@ -4,10 +4,10 @@ use graspd_ad::Element;
 use graspd_geom::{Mat3, Quaternion, Rigid, TriangleMesh, Vec3};
 use nalgebra::{DMatrix, Point3, Vector3};
 
-use crate::split::set_split;
+use crate::double_single::set_double_single;
 use crate::{
-    CollisionSpheres, ContactPoints, Hand, HandPose, HandScratch, Kinematics, Limit, PalmFrame,
-    Part, PointBuffer, PoseGradient, PosedHand, Pull, PullRows,
+    CollisionSpheres, ContactPoints, Hand, HandPose, HandScratch, JacobianRows, Kinematics, Limit,
+    PalmFrame, Part, PointBuffer, PointForces, PoseGradient, PosedHand,
 };
 
 /// A reflection at a plane through the origin: S = I - 2 n n^T.
@@ -184,7 +184,7 @@ impl Precision for f32 {
         let remainder = &mut scratch.contact_remainder;
         for index in 0..from.len() {
             let point = from.get(index) + remainder.get(index);
-            set_split(to, remainder, index, reflection.vector(point));
+            set_double_single(to, remainder, index, reflection.vector(point));
         }
     }
 }
@@ -309,23 +309,29 @@ impl Hand for MirroredHand {
             points.extend(from.iter().map(reflected));
         }
     }
-    fn pull_rows(&self, pose: &HandPose, posed: &PosedHand, pulls: &[Pull], rows: &mut PullRows) {
+    fn jacobian_rows(
+        &self,
+        pose: &HandPose,
+        posed: &PosedHand,
+        pulls: &[PointForces],
+        rows: &mut JacobianRows,
+    ) {
         let Some(original) = &posed.original else {
             unreachable!("place has filled it");
         };
-        let reflected = |pull: &Pull| Pull {
+        let reflected = |pull: &PointForces| PointForces {
             points: pull
                 .points
                 .map(|(p, force)| (p, self.reflection.vector(force))),
         };
-        let reflected: Vec<Pull> = pulls.iter().map(reflected).collect();
+        let reflected: Vec<PointForces> = pulls.iter().map(reflected).collect();
         let pose_of_original = self.reflection.pose(pose);
         self.original
-            .pull_rows(&pose_of_original, original, &reflected, rows);
+            .jacobian_rows(&pose_of_original, original, &reflected, rows);
         rows.set_base(pulls, posed, pose.translation);
     }
-    fn row_basis(&self) -> Option<DMatrix<f64>> {
-        self.original.row_basis()
+    fn jacobian_basis(&self) -> Option<DMatrix<f64>> {
+        self.original.jacobian_basis()
     }
     fn rigid_parts(&self) -> Vec<Part> {
         let reflected = |part: Part| Part {
@@ -345,14 +351,17 @@ impl Hand for MirroredHand {
     fn notes(&self) -> &[String] {
         self.original.notes()
     }
-    fn mano_shape(&self) -> Option<&[f64]> {
-        self.original.mano_shape()
+    fn is_soft(&self) -> bool {
+        self.original.is_soft()
     }
-    fn followers(&self) -> Vec<String> {
-        self.original.followers()
+    fn shape_parameters(&self) -> Option<&[f64]> {
+        self.original.shape_parameters()
     }
-    fn described_closing(&self) -> &[Option<f64>] {
-        self.original.described_closing()
+    fn coupled_joints(&self) -> Vec<String> {
+        self.original.coupled_joints()
+    }
+    fn closing_overrides(&self) -> &[Option<f64>] {
+        self.original.closing_overrides()
     }
     fn new_scratch(&self) -> HandScratch {
         let contacts = self.contact_points().weight.len();

@@ -3,12 +3,12 @@
 use graspd_geom::{Rigid, Vec3};
 use nalgebra::{Point3, Vector3};
 
-use crate::closing;
+use crate::closing_direction;
 use crate::part::Part;
 use crate::{KinematicTree, PalmFrame};
 
 /// Movement of the finger tips out of their own direction below which no side counts as the palm's \[m\].
-const LEAST_MOVEMENT: f64 = 1e-6;
+const MIN_MOVEMENT: f64 = 1e-6;
 
 /// Fingers whose closing movements add up to less than this share of their lengths close against each other, as
 /// grippers do, and not towards a palm.
@@ -37,7 +37,7 @@ pub(crate) fn open_and_palm(
     let fingers: Vec<Point3<f64>> = (at_rest.iter().zip(on_fingers))
         .filter_map(|(point, is_finger)| is_finger.then_some(*point))
         .collect();
-    let focus = closing::focus(&palm, &fingers);
+    let focus = closing_direction::focus(&palm, &fingers);
     for (joint, limit) in tree.limits().iter().enumerate() {
         let other_end = if rest[joint] == limit.lower {
             limit.upper
@@ -52,7 +52,7 @@ pub(crate) fn open_and_palm(
         let is_finite = other_end.is_finite();
         let leads_away = is_finite && {
             let moved = positions(tree, &samples, &opened);
-            closing::share_towards(&at_rest, &moved, focus) < -OPENING_SHARE
+            closing_direction::share_towards(&at_rest, &moved, focus) < -OPENING_SHARE
         };
         if leads_away {
             open[joint] = other_end;
@@ -134,7 +134,7 @@ pub(crate) fn palm_frame(
         );
         return palm;
     }
-    let normal = closing.try_normalize(LEAST_MOVEMENT).unwrap_or_else(|| {
+    let normal = closing.try_normalize(MIN_MOVEMENT).unwrap_or_else(|| {
         notes.push("no side towards which the fingers close was found: +z is taken".into());
         Vector3::z()
     });
@@ -172,7 +172,7 @@ pub(crate) fn palm_frame(
 /// The palm of a gripper: it faces where the fingers point, and they close along its `fingers`.
 fn pinching_palm(parts: &[Part], fingers: &[Finger]) -> Option<PalmFrame> {
     let along: Vector3<f64> = fingers.iter().map(|finger| finger.direction).sum();
-    let normal = aligned(along.try_normalize(LEAST_MOVEMENT)?);
+    let normal = aligned(along.try_normalize(MIN_MOVEMENT)?);
     let most_moved = fingers
         .iter()
         .max_by(|a, b| a.closing.norm().total_cmp(&b.closing.norm()))?;
@@ -180,7 +180,7 @@ fn pinching_palm(parts: &[Part], fingers: &[Finger]) -> Option<PalmFrame> {
     Some(PalmFrame {
         center: palm_center(parts, normal),
         normal,
-        fingers: across.try_normalize(LEAST_MOVEMENT)?,
+        fingers: across.try_normalize(MIN_MOVEMENT)?,
     })
 }
 
@@ -210,7 +210,7 @@ fn fingers(tree: &KinematicTree, parts: &[Part], open: &[f64]) -> Vec<Finger> {
             let start = Vector3::from(open_poses[leaf].apply(tip));
             let end = Vector3::from(middle_poses[leaf].apply(tip));
             let length = start - Vector3::from(open_poses[root].translation);
-            let direction = length.try_normalize(LEAST_MOVEMENT).unwrap_or_default();
+            let direction = length.try_normalize(MIN_MOVEMENT).unwrap_or_default();
             let movement = end - start;
             Finger {
                 direction,

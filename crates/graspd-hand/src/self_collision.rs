@@ -6,11 +6,11 @@ use rayon::prelude::*;
 
 use crate::HandOptions;
 use crate::articulated::HandDescription;
+use crate::collision_pairs::SampledPoses;
 use crate::contact_points::SurfacePoint;
-use crate::encounters::Encounters;
 
 /// Radius below which a sphere is not worth its cost \[m\].
-const SMALLEST_RADIUS: f64 = 2e-3;
+const MIN_RADIUS: f64 = 2e-3;
 /// Candidate centers along the longest side of a part.
 const CANDIDATES_PER_SIDE: f64 = 8.0;
 /// Attempts to move a candidate center towards the medial axis.
@@ -18,13 +18,13 @@ const CLIMBING_STEPS: usize = 8;
 /// How far spheres may stand out of their parts, in their radii and at most \[m\]: inscribed ones alone leave edges and
 /// corners uncovered, with which fingers would dig into each other unseen.
 const PROTRUSIONS: [f64; 4] = [0.0, 0.07, 0.14, 0.21];
-const LARGEST_PROTRUSION: f64 = 2e-3;
+const MAX_PROTRUSION: f64 = 2e-3;
 /// What counts as the gap between a surface point and the spheres of a body that has none yet \[m\].
-const LARGEST_GAP: f64 = 0.02;
+const MAX_GAP: f64 = 0.02;
 /// Candidates that are not worth sharing among threads.
-const FEW_CANDIDATES: usize = 64;
+const MIN_CANDIDATES_PER_TASK: usize = 64;
 /// Surface points looked at.
-const MOST_SURFACE_POINTS: usize = 1500;
+const MAX_SURFACE_POINTS: usize = 1500;
 
 /// A sphere fixed to a body.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -60,14 +60,14 @@ pub(crate) fn fit(
         .collect();
     let surface: Vec<SurfacePoint> = surface
         .iter()
-        .step_by(surface.len().div_ceil(MOST_SURFACE_POINTS))
+        .step_by(surface.len().div_ceil(MAX_SURFACE_POINTS))
         .copied()
         .collect();
     let first_round = most_useful(&candidates, &surface, tree.body_count(), wanted);
-    let encounters = Encounters::new(tree, open_poses, options.seed);
-    let reachable = encounters.reachable_points(&first_round, &surface);
+    let sampled = SampledPoses::new(tree, open_poses, options.seed);
+    let reachable = sampled.reachable_points(&first_round, &surface);
     let mut spheres = most_useful(&candidates, &reachable, tree.body_count(), wanted);
-    let mut pairs = encounters.pairs_that_may_meet(&spheres);
+    let mut pairs = sampled.pairs_that_may_meet(&spheres);
     part_in_open_hand(&mut spheres, &pairs, open_poses);
     pairs.truncate(options.collision_pairs);
     (spheres, pairs)
@@ -127,7 +127,7 @@ impl BodyFit {
         let surface: Vec<Vec3<f64>> = on_body.map(|point| point.position).collect();
         let own = candidates.iter().filter(|sphere| sphere.body == body);
         let mut fit = Self {
-            gaps: vec![LARGEST_GAP; surface.len()],
+            gaps: vec![MAX_GAP; surface.len()],
             surface,
             candidates: own.copied().collect(),
             best: None,
@@ -144,7 +144,10 @@ impl BodyFit {
             });
             terms.sum()
         };
-        let gains = self.candidates.par_iter().with_min_len(FEW_CANDIDATES);
+        let gains = self
+            .candidates
+            .par_iter()
+            .with_min_len(MIN_CANDIDATES_PER_TASK);
         let gains: Vec<f64> = gains.map(gain).collect();
         self.best = (gains.into_iter().enumerate())
             .filter(|&(_, gain)| gain > 0.0)
@@ -182,11 +185,11 @@ fn inscribed(solid: &SignedDistance, body: usize) -> Vec<Sphere> {
             for k in -steps.z..=steps.z {
                 let offset = Vector3::new(f64::from(i), f64::from(j), f64::from(k));
                 let (center, radius) = climb(solid, center + spacing * offset, 0.5 * spacing);
-                if radius >= SMALLEST_RADIUS {
+                if radius >= MIN_RADIUS {
                     spheres.extend(PROTRUSIONS.map(|share| Sphere {
                         body,
                         center: center.into(),
-                        radius: radius + (share * radius).min(LARGEST_PROTRUSION),
+                        radius: radius + (share * radius).min(MAX_PROTRUSION),
                         inscribed: radius,
                     }));
                 }

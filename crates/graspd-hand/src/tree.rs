@@ -260,7 +260,7 @@ impl KinematicTree {
     }
 
     /// The joints that follow others, one phrase each.
-    pub(crate) fn followers(&self) -> Vec<String> {
+    pub(crate) fn coupled_joints(&self) -> Vec<String> {
         let following = self.bodies.iter().zip(&self.body_names[1..]);
         following
             .filter(|(body, _)| body.follows)

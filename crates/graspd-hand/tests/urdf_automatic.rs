@@ -48,7 +48,7 @@ fn a_parallel_gripper_opens_faces_along_its_jaws_and_says_so() {
         notes.contains("`slide` is closed at 0") && notes.contains("against each other"),
         "{notes}"
     );
-    assert_eq!(hand.followers(), ["joint of right = 1.0000 slide"]);
+    assert_eq!(hand.coupled_joints(), ["joint of right = 1.0000 slide"]);
 }
 
 #[test]

@@ -309,7 +309,7 @@ fn record_of(
         pose: RecordedPose::from(pose),
         joints_rad: Some(named_joints(names, &pose.articulation)),
         mano: hand
-            .mano_shape()
+            .shape_parameters()
             .map(|shape| serde_json::json!({"pca": pose.articulation, "shape": shape})),
         pre_grasp: Some(PreGrasp {
             pose: RecordedPose::from(&before.pose),

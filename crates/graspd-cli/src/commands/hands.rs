@@ -105,7 +105,7 @@ fn inspect(hand: &dyn Hand, picture: Option<&Path>, json: bool) -> Result<()> {
                 "upper": limit(joint).map(|limit| limit.upper),
                 "middle": limit(joint).map(|limit| limit.middle()),
             })).collect::<Vec<_>>(),
-            "followers": hand.followers(),
+            "followers": hand.coupled_joints(),
             "contact_points": contacts.count,
             "bodies": hand.body_names().iter().zip(&per_body).map(|(name, count)| {
                 serde_json::json!({"name": name, "contact_points": count})
@@ -137,7 +137,7 @@ fn inspect(hand: &dyn Hand, picture: Option<&Path>, json: bool) -> Result<()> {
         text += line.trim_end();
         text.push('\n');
     }
-    let followers = hand.followers();
+    let followers = hand.coupled_joints();
     if !followers.is_empty() {
         text += "followers:\n";
         for follower in &followers {

@@ -110,7 +110,7 @@ pub(crate) fn poses_of(
 /// Grasps of a skinned hand tell the shape that it had, which only the run's `run.toml` or a flag gives the loader.
 fn other_shape(record: &GraspRecord, hand: &dyn Hand) -> Option<String> {
     let recorded = record.mano.as_ref()?.get("shape")?.as_array()?;
-    let own = hand.mano_shape()?;
+    let own = hand.shape_parameters()?;
     let value = |list: &[f64], k: usize| list.get(k).copied().unwrap_or(0.0);
     let recorded: Vec<f64> = recorded.iter().filter_map(|x| x.as_f64()).collect();
     let is_same = (0..recorded.len().max(own.len()))

@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 use graspd_geom::TriangleMesh;
 use nalgebra::Point3;
 
-use crate::outline::{extruded, revolved, rounded_rectangle};
+use crate::swept_solids::{extruded, revolved, rounded_rectangle};
 
 /// Half width of a finger across its bending plane \[m\].
 const HALF_WIDTH: f64 = 0.0135;

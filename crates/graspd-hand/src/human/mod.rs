@@ -1,7 +1,7 @@
 //! A human right hand made by code, in MANO's layout.
 
 #[cfg(test)]
-mod flesh;
+mod implicit_surface;
 mod joint_ranges;
 mod proportions;
 mod shape;

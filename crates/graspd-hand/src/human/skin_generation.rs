@@ -6,7 +6,7 @@
 use graspd_geom::{NodeGrid, RemeshTarget, TriangleMesh, isosurface, remesh};
 use nalgebra::{Point3, Vector3};
 
-use super::flesh::Flesh;
+use super::implicit_surface::ImplicitHand;
 use super::proportions::{Chain, RAYS, THUMB, chains};
 use super::skin::SKIN_VERTICES;
 
@@ -19,7 +19,7 @@ const EDGE: f64 = 8.6;
 
 /// The skin of the rest pose \[mm\].
 fn generated_skin() -> TriangleMesh {
-    let flesh = Flesh::new();
+    let flesh = ImplicitHand::new();
     let low = Point3::new(-200.0, -55.0, -80.0);
     let high = Point3::new(26.0, 30.0, 100.0);
     let grid = NodeGrid::covering(low, high, GRID_SPACING);
@@ -33,7 +33,7 @@ fn generated_skin() -> TriangleMesh {
 }
 
 struct Skin {
-    flesh: Flesh,
+    flesh: ImplicitHand,
     chains: [Chain; 5],
 }
 
@@ -109,7 +109,7 @@ mod tests {
     fn the_skin_lies_on_the_flesh() {
         // Half a unit of the kept coordinates in each direction, and what is left by the search.
         const TOLERANCE_MM: f64 = 0.03;
-        let flesh = Flesh::new();
+        let flesh = ImplicitHand::new();
         for p in &skin().vertices {
             let distance = flesh.value(&(p * 1e3)) / flesh.gradient(&(p * 1e3)).norm();
             assert!(distance.abs() < TOLERANCE_MM, "{distance}");

@@ -19,7 +19,7 @@ const FINGER_SHARPNESS: i32 = 8;
 const FINGER_DEPTH: f64 = 0.6;
 const THUMB_SHARPNESS: i32 = 4;
 /// Parts below this are dropped.
-const LEAST_WEIGHT: f64 = 0.01;
+const MIN_WEIGHT: f64 = 0.01;
 /// Rounds of averaging with the neighbours.
 const SMOOTHING_ROUNDS: usize = 1;
 
@@ -114,7 +114,7 @@ fn weights_at(chains: &[Chain; 5], p: &Point3<f64>) -> [f64; SKINNED_JOINTS] {
 fn drop_small(weights: &mut [f64; SKINNED_JOINTS]) {
     weights
         .iter_mut()
-        .filter(|w| **w < LEAST_WEIGHT)
+        .filter(|w| **w < MIN_WEIGHT)
         .for_each(|w| *w = 0.0);
     let sum: f64 = weights.iter().sum();
     weights.iter_mut().for_each(|w| *w /= sum);

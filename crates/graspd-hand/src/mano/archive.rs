@@ -6,11 +6,11 @@ use zip::ZipArchive;
 
 use super::pickle_literals::readable;
 
-/// An archive's entry may not be larger than this many times the archive, nor than [`LARGEST_ENTRY`]: numbers hardly
+/// An archive's entry may not be larger than this many times the archive, nor than [`MAX_ENTRY`]: numbers hardly
 /// compress, and what does is made to fill the memory.
-const MOST_EXPANSION: u64 = 64;
+const MAX_EXPANSION: u64 = 64;
 /// MANO's largest array has 2.5 MB \[bytes\].
-const LARGEST_ENTRY: u64 = 1 << 28;
+const MAX_ENTRY: u64 = 1 << 28;
 /// So that small archives of zeros pass \[bytes\].
 const SMALL_ENTRY: u64 = 1 << 24;
 
@@ -49,7 +49,7 @@ impl<'a> Archive<'a> {
             .zip
             .by_index(index)
             .map_err(|error| format!("cannot be read ({error})"))?;
-        let limit = (self.size * MOST_EXPANSION).clamp(SMALL_ENTRY, LARGEST_ENTRY);
+        let limit = (self.size * MAX_EXPANSION).clamp(SMALL_ENTRY, MAX_ENTRY);
         let mut bytes = Vec::new();
         // Whatever size the entry claims, memory grows with what is really there.
         let length = entry.take(limit).read_to_end(&mut bytes);

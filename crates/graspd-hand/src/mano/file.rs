@@ -13,7 +13,7 @@ use super::pickle::{Pickle, Value};
 use crate::{HandError, Limit, SkinnedHand, SkinnedHandOptions};
 
 /// MANO's files have 4 MB; models of more vertices a few times that \[bytes\].
-const LARGEST_FILE: u64 = 1 << 26;
+const MAX_FILE: u64 = 1 << 26;
 /// Coefficients of natural poses lie within this many standard deviations of their mean.
 const DEVIATIONS: f64 = 3.0;
 
@@ -63,14 +63,12 @@ fn read(path: &Path) -> Result<Vec<u8>, HandError> {
     };
     let file = File::open(path).map_err(failed)?;
     let mut bytes = Vec::new();
-    file.take(LARGEST_FILE + 1)
+    file.take(MAX_FILE + 1)
         .read_to_end(&mut bytes)
         .map_err(failed)?;
     let fault = match bytes.len() as u64 {
         0 => HandError::Empty,
-        size if size > LARGEST_FILE => HandError::TooLarge {
-            limit: LARGEST_FILE,
-        },
+        size if size > MAX_FILE => HandError::TooLarge { limit: MAX_FILE },
         _ => return Ok(bytes),
     };
     Err(in_file(path, fault))

@@ -4,18 +4,18 @@ use graspd_geom::{Quaternion, Rigid, TriangleMesh, Vec3};
 use nalgebra::{DMatrix, Point3, UnitQuaternion, Vector3};
 
 use super::bones::BonePose;
-use super::closing::Closing;
 use super::fingers::{Fingers, heaviest};
-use super::following::Followed;
+use super::jacobian::Followed;
 use super::kinematics::SkinnedScratch;
 use super::model::{POSE_VALUES, SKINNED_JOINT_NAMES, SKINNED_JOINTS, SkinnedModel};
 use super::open::open_coefficients;
 use super::options::SkinnedHandOptions;
 use super::skin::{Skin, SlotOrder};
 use super::spheres;
+use super::wrist_cap::WristCap;
 use crate::{
-    CollisionSpheres, ContactPoints, Hand, HandError, HandPose, HandScratch, Limit, PalmFrame,
-    PointBuffer, PosedHand, Pull, PullRows,
+    CollisionSpheres, ContactPoints, Hand, HandError, HandPose, HandScratch, JacobianRows, Limit,
+    PalmFrame, PointBuffer, PointForces, PosedHand,
 };
 
 /// A hand whose skin is moved by linear blend skinning with pose blendshapes, in MANO's layout.
@@ -46,7 +46,7 @@ pub struct SkinnedHand {
     pub(crate) skin_f32: Skin<f32>,
     pub(crate) spheres: CollisionSpheres,
     pub(crate) sphere_centers: Vec<Vec3<f64>>,
-    pub(crate) closing: Closing,
+    pub(crate) cap: WristCap,
     pub(crate) followed: Followed,
     notes: Vec<String>,
 }
@@ -70,7 +70,7 @@ impl SkinnedHand {
         let rest = model.shaped_vertices(&options.shape);
         let joints = model.shaped_joints(&options.shape, &rest);
         let points: Vec<Point3<f64>> = rest.iter().map(|&p| p.into()).collect();
-        let closing = Closing::new(&points, &model.faces).map_err(|found| HandError::BadModel {
+        let cap = WristCap::new(&points, &model.faces).map_err(|found| HandError::BadModel {
             array: "f",
             fault: format!(
                 "is no surface that a fan at the wrist closes ({} edges of more than two triangles, {} whose triangles disagree about the outside, {} double triangles)",
@@ -92,7 +92,7 @@ impl SkinnedHand {
             None => (0..count).map(|index| format!("pca_{index}")).collect(),
         };
         let mut hand = Self {
-            palm: fingers.palm(&closing.surface(points)),
+            palm: fingers.palm(&cap.surface(points)),
             skin_f64: Skin::new(&model, &rest, &order),
             skin_f32: Skin::new(&model, &rest, &order),
             contacts: contact_points(&model, &order),
@@ -107,7 +107,7 @@ impl SkinnedHand {
             order,
             spheres: CollisionSpheres::default(),
             sphere_centers: Vec::new(),
-            closing,
+            cap,
             notes,
             rest,
             joints,
@@ -249,22 +249,31 @@ impl Hand for SkinnedHand {
             &rotation,
             pose.translation,
         );
-        self.closing
+        self.cap
             .surface(posed.into_iter().map(Point3::from).collect())
     }
     fn place(&self, pose: &HandPose, posed: &mut PosedHand) {
         self.place_points(pose, posed);
     }
-    fn pull_rows(&self, pose: &HandPose, posed: &PosedHand, pulls: &[Pull], rows: &mut PullRows) {
+    fn jacobian_rows(
+        &self,
+        pose: &HandPose,
+        posed: &PosedHand,
+        pulls: &[PointForces],
+        rows: &mut JacobianRows,
+    ) {
         self.rows_of(pose, posed, pulls, rows);
     }
-    fn row_basis(&self) -> Option<DMatrix<f64>> {
+    fn jacobian_basis(&self) -> Option<DMatrix<f64>> {
         Some(self.component_basis())
     }
     fn notes(&self) -> &[String] {
         &self.notes
     }
-    fn mano_shape(&self) -> Option<&[f64]> {
+    fn is_soft(&self) -> bool {
+        true
+    }
+    fn shape_parameters(&self) -> Option<&[f64]> {
         Some(&self.shape)
     }
     fn new_scratch(&self) -> HandScratch {

@@ -8,7 +8,7 @@ use super::hand::SkinnedHand;
 use super::model::{POSE_VALUES, SKINNED_JOINTS};
 use super::pose_space::{pose_of, pose_pullback};
 use super::skin::{JOINT_FEATURES, Skin};
-use super::skin_kernels::{JointLoad, Motion, Pose, Pull};
+use super::skin_kernels::{JointLoad, Motion, Pose, Pullback};
 use super::skinning::pose_features;
 use super::split_pose::SplitPose;
 use crate::{HandPose, HandScratch, Kinematics, PointBuffer, PoseGradient};
@@ -83,7 +83,7 @@ trait Precision: Element {
     fn split(scratch: &mut SkinnedScratch) -> Parts<'_, Self>;
     /// Poses the contact points with the bones of `scratch`.
     fn pose(hand: &SkinnedHand, scratch: &mut HandScratch, contacts: &mut PointBuffer<Self>);
-    fn pull(kernel: Pull<'_, Self>);
+    fn pull(kernel: Pullback<'_, Self>);
 }
 
 struct Parts<'a, E> {
@@ -115,7 +115,7 @@ impl Precision for f64 {
         };
         kernel.over::<f64>();
     }
-    fn pull(kernel: Pull<'_, Self>) {
+    fn pull(kernel: Pullback<'_, Self>) {
         kernel.over::<f64>();
     }
 }
@@ -150,7 +150,7 @@ impl Precision for f32 {
             remainder: contact_remainder,
         });
     }
-    fn pull(kernel: Pull<'_, Self>) {
+    fn pull(kernel: Pullback<'_, Self>) {
         vectorize(kernel);
     }
 }
@@ -209,7 +209,7 @@ impl<E: Precision> Kinematics<E> for SkinnedHand {
         gradient: &mut PoseGradient,
     ) {
         let Parts { bones, loads, skin } = E::split(own(scratch));
-        E::pull(Pull {
+        E::pull(Pullback {
             skin: E::skin(self),
             motions: &skin.motions,
             blended: &skin.blended,

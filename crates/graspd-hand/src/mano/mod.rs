@@ -3,11 +3,10 @@
 mod anatomy;
 mod archive;
 mod bones;
-mod closing;
 mod file;
 mod fingers;
-mod following;
 mod hand;
+mod jacobian;
 mod kinematics;
 mod model;
 mod numpy;
@@ -23,10 +22,11 @@ mod skin_kernels;
 mod skinning;
 mod spheres;
 mod split_pose;
+mod wrist_cap;
 
 pub use file::{load_skinned_hand, load_skinned_model, parse_skinned_model};
-pub(crate) use following::PosedSkin;
 pub use hand::SkinnedHand;
+pub(crate) use jacobian::PosedSkin;
 pub(crate) use kinematics::SkinnedScratch;
 pub use model::{
     JointPlacement, POSE_FEATURES, POSE_VALUES, SKINNED_JOINT_NAMES, SKINNED_JOINT_PARENTS,

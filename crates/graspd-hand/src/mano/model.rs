@@ -88,18 +88,16 @@ impl SkinnedModel {
     /// is wrong with it and what it should be.
     pub fn validate(&self) -> Result<(), HandError> {
         let vertices = self.template.len();
-        check(
-            (4..=MOST_VERTICES).contains(&vertices),
-            "v_template",
-            || format!("has {vertices} vertices, where 4 to {MOST_VERTICES} are expected"),
-        )?;
+        check((4..=MAX_VERTICES).contains(&vertices), "v_template", || {
+            format!("has {vertices} vertices, where 4 to {MAX_VERTICES} are expected")
+        })?;
         all_finite("v_template", self.template.iter().flatten())?;
         let size = self
             .template
             .iter()
             .flatten()
             .fold(0.0_f64, |size, x| size.max(x.abs()));
-        check(size < LARGEST_COORDINATE, "v_template", || {
+        check(size < MAX_COORDINATE, "v_template", || {
             format!("reaches {size} m from the origin; is it in millimetres? metres are expected")
         })?;
         check(!self.faces.is_empty(), "f", || "has no triangles".into())?;
@@ -191,11 +189,11 @@ impl SkinnedModel {
         let row = 3 * self.template.len();
         let len = self.shape_directions.len();
         check(
-            len.is_multiple_of(row) && self.shape_count() <= MOST_SHAPES,
+            len.is_multiple_of(row) && self.shape_count() <= MAX_SHAPES,
             "shapedirs",
             || {
                 format!(
-                    "has {len} numbers, where [{}, 3, 0 to {MOST_SHAPES}] are expected",
+                    "has {len} numbers, where [{}, 3, 0 to {MAX_SHAPES}] are expected",
                     row / 3
                 )
             },
@@ -240,11 +238,11 @@ impl SkinnedModel {
 }
 
 /// More vertices than any scanned hand has, so that a broken file is not tried.
-const MOST_VERTICES: usize = 200_000;
+const MAX_VERTICES: usize = 200_000;
 /// More shape parameters than any published hand model has.
-const MOST_SHAPES: usize = 100;
+const MAX_SHAPES: usize = 100;
 /// No hand reaches this far from its model's origin \[m\].
-const LARGEST_COORDINATE: f64 = 2.0;
+const MAX_COORDINATE: f64 = 2.0;
 /// Skinning weights are often stored in single precision, or rounded.
 const WEIGHT_SUM_TOLERANCE: f64 = 1e-3;
 

@@ -4,7 +4,7 @@ use super::pickle_literals::readable;
 use crate::HandError;
 
 /// NumPy allows 32 (64 since 2.0); models have 3.
-pub(crate) const MOST_SIDES: usize = 8;
+pub(crate) const MAX_DIMENSIONS: usize = 8;
 
 /// A numeric type.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -87,7 +87,7 @@ impl StoredArray<'_> {
             .iter()
             .try_fold(1_usize, |count, &side| count.checked_mul(side));
         let size = count.and_then(|count| count.checked_mul(self.number.size));
-        if size != Some(self.bytes.len()) || self.shape.len() > MOST_SIDES {
+        if size != Some(self.bytes.len()) || self.shape.len() > MAX_DIMENSIONS {
             return Err(HandError::BadModel {
                 array: name,
                 fault: format!(

@@ -5,9 +5,9 @@ use super::pickle::{Global, Id, Pickle, Value};
 use crate::HandError;
 
 /// Lists in dictionaries in lists ...: no file of data is nested deeper, and a cycle has no end.
-const DEEPEST: usize = 16;
+const MAX_DEPTH: usize = 16;
 /// What is referred to twice is copied, so that a small file could fill the memory: copies may take this much \[bytes\].
-const MOST_BYTES: usize = 1 << 27;
+const MAX_BYTES: usize = 1 << 27;
 
 /// A plain value of an `.npy` file.
 #[derive(Clone, Debug, PartialEq)]
@@ -62,8 +62,8 @@ impl NumpyValue {
 pub fn read_npy(bytes: &[u8]) -> Result<NumpyValue, String> {
     if let Some(pickle) = object_pickle(bytes)? {
         let pickle = Pickle::parse_any_protocol(pickle).map_err(in_words)?;
-        let mut left = MOST_BYTES;
-        return plain(&pickle, pickle.root(), DEEPEST, &mut left);
+        let mut left = MAX_BYTES;
+        return plain(&pickle, pickle.root(), MAX_DEPTH, &mut left);
     }
     let array = parse_npy(bytes)?.decode("array").map_err(in_words)?;
     Ok(NumpyValue::Array {
@@ -102,7 +102,7 @@ fn in_words(error: HandError) -> String {
 
 fn spend(left: &mut usize, bytes: usize) -> Result<(), String> {
     *left = (left.checked_sub(bytes))
-        .ok_or_else(|| format!("holds more than {} MiB of data", MOST_BYTES >> 20))?;
+        .ok_or_else(|| format!("holds more than {} MiB of data", MAX_BYTES >> 20))?;
     Ok(())
 }
 
@@ -118,7 +118,7 @@ fn plain(
     left: &mut usize,
 ) -> Result<NumpyValue, String> {
     if deepest == 0 {
-        return Err(format!("is nested deeper than {DEEPEST} levels"));
+        return Err(format!("is nested deeper than {MAX_DEPTH} levels"));
     }
     spend(left, size_of::<NumpyValue>())?;
     let list = |items: &[Id], left: &mut usize| -> Result<Vec<NumpyValue>, String> {

@@ -11,7 +11,7 @@ use super::pickle_literals::{bad, decimal, long, readable, unquoted};
 use crate::HandError;
 
 /// More values than any hand's file has.
-const MOST_VALUES: usize = 1 << 20;
+const MAX_VALUES: usize = 1 << 20;
 /// What Python 2 wrote, and so MANO's files are of.
 const PROTOCOL_OF_PYTHON_2: u8 = 2;
 /// The newest protocol; NumPy writes 3 or 4.
@@ -385,15 +385,15 @@ impl<'a> Machine<'a> {
     }
 
     fn push(&mut self, value: Value<'a>) -> Result<(), HandError> {
-        if self.values.len() >= MOST_VALUES {
-            return bad(format!("it has over {MOST_VALUES} values"));
+        if self.values.len() >= MAX_VALUES {
+            return bad(format!("it has over {MAX_VALUES} values"));
         }
         self.values.push(value);
         self.push_id(self.values.len() as Id - 1)
     }
     fn push_id(&mut self, id: Id) -> Result<(), HandError> {
-        if self.stack.len() >= MOST_VALUES {
-            return bad(format!("it stacks over {MOST_VALUES} values"));
+        if self.stack.len() >= MAX_VALUES {
+            return bad(format!("it stacks over {MAX_VALUES} values"));
         }
         self.stack.push(id);
         Ok(())
@@ -412,8 +412,8 @@ impl<'a> Machine<'a> {
         Ok(top)
     }
     fn mark(&mut self) -> Result<(), HandError> {
-        if self.marks.len() >= MOST_VALUES {
-            return bad(format!("it sets over {MOST_VALUES} marks"));
+        if self.marks.len() >= MAX_VALUES {
+            return bad(format!("it sets over {MAX_VALUES} marks"));
         }
         self.marks.push(self.stack.len());
         Ok(())
@@ -425,7 +425,7 @@ impl<'a> Machine<'a> {
         }
     }
     fn put(&mut self, index: usize) -> Result<(), HandError> {
-        if index >= MOST_VALUES {
+        if index >= MAX_VALUES {
             return bad(format!("it remembers a value under the number {index}"));
         }
         self.memo.insert(index, self.top()?);

@@ -1,11 +1,11 @@
 //! The arrays in a pickle of MANO: NumPy arrays, Chumpy's wrappers of them, SciPy's sparse matrices.
 
-use super::numpy::{Array, MOST_SIDES, NumberType, StoredArray};
+use super::numpy::{Array, MAX_DIMENSIONS, NumberType, StoredArray};
 use super::pickle::{Global, Id, Pickle, Value};
 use crate::HandError;
 
 /// Wrappers about wrappers about an array: MANO has two, and a cycle of them has no end.
-const DEEPEST: usize = 8;
+const MAX_DEPTH: usize = 8;
 
 /// A sparse matrix by columns, as SciPy stores it.
 #[derive(Clone, Debug)]
@@ -22,7 +22,7 @@ impl Pickle<'_> {
     /// # Errors
     /// [`HandError::BadModel`] naming the array.
     pub(crate) fn array(&self, id: Id, name: &'static str) -> Result<Array, HandError> {
-        self.wrapped_array(id, name, DEEPEST)
+        self.wrapped_array(id, name, MAX_DEPTH)
     }
 
     /// Whether the value is a sparse matrix.
@@ -124,7 +124,7 @@ impl Pickle<'_> {
         let count = shape
             .iter()
             .try_fold(1_usize, |count, &side| count.checked_mul(side));
-        if count != Some(places.len()) || shape.len() > MOST_SIDES {
+        if count != Some(places.len()) || shape.len() > MAX_DIMENSIONS {
             return Err(fault(
                 name,
                 "is a selection whose shape does not fit it; the file is damaged",

@@ -135,7 +135,7 @@ fn splat<L: Real>(value: L::Element) -> L {
 /// The transpose of [`Pose`]: what the gradients at the posed vertices ask of each joint.
 ///
 /// Sums are taken lane by lane in `E` and over the lanes in `f64`.
-pub(crate) struct Pull<'a, E> {
+pub(crate) struct Pullback<'a, E> {
     pub(crate) skin: &'a Skin<E>,
     pub(crate) motions: &'a [Motion<E>; SKINNED_JOINTS],
     pub(crate) blended: &'a PointBuffer<E>,
@@ -143,7 +143,7 @@ pub(crate) struct Pull<'a, E> {
     pub(crate) loads: &'a mut [JointLoad; SKINNED_JOINTS],
 }
 
-impl<E: Element> Pull<'_, E> {
+impl<E: Element> Pullback<'_, E> {
     #[inline(always)]
     pub(crate) fn over<L: Real<Element = E>>(self) {
         let skin = self.skin;
@@ -186,7 +186,7 @@ impl<E: Element> Pull<'_, E> {
     }
 }
 
-impl Kernel for Pull<'_, f32> {
+impl Kernel for Pullback<'_, f32> {
     type Output = ();
     #[inline(always)]
     fn run<L: Real<Element = f32>>(self) {

@@ -29,7 +29,7 @@ const TOUCHING: f64 = 0.0;
 /// Distance of neighbours on a bone, in radii: half way between two of them their union is 0.9 radii thick.
 const SPACING: f64 = 0.9;
 /// Spheres of one bone at most.
-const MOST_ON_BONE: f64 = 6.0;
+const MAX_ON_BONE: f64 = 6.0;
 
 /// The spheres, and their centers in the straight pose, model coordinates \[m\].
 pub(crate) fn along_bones(
@@ -46,7 +46,7 @@ pub(crate) fn along_bones(
         }
         let count = ((to - from).norm() / (SPACING * radius))
             .ceil()
-            .clamp(1.0, MOST_ON_BONE);
+            .clamp(1.0, MAX_ON_BONE);
         for index in 0..count as usize {
             // At the joints the neighbours' spheres cover.
             let share = (index as f64 + 0.5) / count;

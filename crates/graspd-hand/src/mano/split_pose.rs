@@ -8,7 +8,7 @@ use graspd_ad::{Kernel, Real};
 use super::model::SKINNED_JOINTS;
 use super::skin::{BLOCKS_PER_TILE, Skin};
 use super::skin_kernels::{Features, Motion, blend};
-use crate::split::{Row, SplitRows};
+use crate::double_single::{DoubleSingleRows, Row};
 use crate::{POINT_PADDING, PointBuffer};
 
 /// u = rest + blendshapes . features, then x = sum_j w_j (R_j u + t_j), as the sum of two numbers.
@@ -34,7 +34,7 @@ impl Kernel for SplitPose<'_> {
         let blended = self.blended;
         let blended = [&mut blended.x, &mut blended.y, &mut blended.z];
         let [bx, by, bz] = blended.map(|x| x.as_chunks_mut().0);
-        let mut posed = SplitRows::of(self.posed, self.remainder);
+        let mut posed = DoubleSingleRows::of(self.posed, self.remainder);
         for tile in 0..skin.influence_ranges.len() / BLOCKS_PER_TILE {
             let mut offsets = [[0.0_f32; POINT_PADDING]; 3 * BLOCKS_PER_TILE];
             if let Some(range) = skin.tile_ranges.get(tile) {

@@ -1,8 +1,8 @@
 //! Hands from URDF files.
 
-mod beside;
 mod geometry;
 mod mesh_files;
+mod overrides;
 mod xml;
 
 use std::path::{Path, PathBuf};
@@ -15,11 +15,11 @@ use crate::{
     ArticulatedHand, HandDescription, HandError, HandOptions, Joint, JointKind, KinematicTree,
     Limit, Mimic,
 };
-use beside::Beside;
 use geometry::GeometryReader;
+use overrides::Overrides;
 
 /// Larger files are no hands \[bytes\].
-const LARGEST_FILE: u64 = 64 << 20;
+const MAX_FILE: u64 = 64 << 20;
 
 /// How a URDF file is read.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -100,8 +100,8 @@ fn read_text(path: &Path) -> Result<String, HandError> {
     };
     let metadata = std::fs::metadata(path).map_err(failed)?;
     // A pipe or device could make the reader wait for ever.
-    if !metadata.is_file() || metadata.len() > LARGEST_FILE {
-        let fault = format!("not a regular file of at most {} MB", LARGEST_FILE >> 20);
+    if !metadata.is_file() || metadata.len() > MAX_FILE {
+        let fault = format!("not a regular file of at most {} MB", MAX_FILE >> 20);
         return Err(failed(std::io::Error::other(fault)));
     }
     let bytes = std::fs::read(path).map_err(failed)?;
@@ -123,10 +123,10 @@ fn hand_from_text(
     let links: Vec<String> = robot.links.iter().map(|link| link.name.clone()).collect();
     let joints = robot.joints.iter().map(joint);
     let mut tree = KinematicTree::new(&links, &joints.collect::<Result<Vec<_>, _>>()?)?;
-    let said = Beside::read(path)?;
-    said.limit(&mut tree)?;
+    let overrides = Overrides::read(path)?;
+    overrides.limit(&mut tree)?;
 
-    let mut reader = GeometryReader::new(path, &said.search_paths(&options.search_paths));
+    let mut reader = GeometryReader::new(path, &overrides.search_paths(&options.search_paths));
     let mut parts = Vec::new();
     for link in &robot.links {
         let frame = tree.links().iter().find(|frame| frame.name == link.name);
@@ -147,16 +147,16 @@ fn hand_from_text(
         }
     }
     let (mut open, mut palm) = open_and_palm(&tree, &parts, &mut notes);
-    said.open(&tree, &mut open)?;
-    said.palm(&mut palm)?;
-    notes.extend(said.note());
+    overrides.open(&tree, &mut open)?;
+    overrides.palm(&mut palm)?;
+    notes.extend(overrides.note());
     let file_stem = || {
         path.file_stem()
             .unwrap_or_default()
             .to_string_lossy()
             .into_owned()
     };
-    let name = said
+    let name = overrides
         .name()
         .or(Some(robot.name).filter(|name| !name.trim().is_empty()));
     let description = HandDescription {
@@ -167,10 +167,10 @@ fn hand_from_text(
         palm,
         notes,
     };
-    let closing = said.closing(&description.tree)?;
-    let mut hand = ArticulatedHand::new(description, &said.hand_options(&options.hand))?;
+    let closing = overrides.closing(&description.tree)?;
+    let mut hand = ArticulatedHand::new(description, &overrides.hand_options(&options.hand))?;
     hand.describe_closing(closing);
-    said.allow_overlaps(&mut hand)?;
+    overrides.allow_overlaps(&mut hand)?;
     Ok(hand)
 }
 

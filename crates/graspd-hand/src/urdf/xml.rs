@@ -3,7 +3,7 @@
 use crate::HandError;
 
 /// Elements deeper than this are no URDF; unbounded nesting would overflow the parser's stack.
-const DEEPEST: usize = 64;
+const MAX_DEPTH: usize = 64;
 
 /// Elements without influence on kinematics and shape. Many files leave out attributes of theirs that the URDF
 /// specification, and so the parser, requires.
@@ -78,9 +78,9 @@ pub(crate) fn prepared(text: &str, file: &std::path::Path) -> Result<String, Han
         if !is_empty {
             open.push(name);
         }
-        if open.len() > DEEPEST {
+        if open.len() > MAX_DEPTH {
             return Err(broken(format!(
-                "elements are nested more than {DEEPEST} deep"
+                "elements are nested more than {MAX_DEPTH} deep"
             )));
         }
     }

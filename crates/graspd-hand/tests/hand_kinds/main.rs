@@ -1,8 +1,8 @@
 //! Every kind of hand: forward kinematics against the crate `k`, pullbacks against central differences and the tape,
 //! mirror images, spheres.
 
-#[path = "../following/mod.rs"]
-mod following;
+#[path = "../jacobian_rows/mod.rs"]
+mod jacobian_rows;
 mod kinds;
 mod motion;
 mod pullback;

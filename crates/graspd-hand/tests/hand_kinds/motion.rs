@@ -135,7 +135,7 @@ fn the_built_in_barrett_hand_moves_like_the_urdf_with_its_joints_coupled() {
     let Some(real) = file(BARRETT) else { return };
     let hand = barrett(&coarse()).expect("default dimensions");
     assert_eq!(hand.articulation_names().len(), 4);
-    assert_eq!(hand.followers().len(), 4);
+    assert_eq!(hand.coupled_joints().len(), 4);
     let links: Vec<String> = hand
         .tree()
         .links()

@@ -189,7 +189,7 @@ impl Place {
 }
 
 /// The most joints that a hand here has.
-const MOST_JOINTS: usize = 45;
+const MAX_JOINTS: usize = 45;
 
 /// Poses of any hand: joints at 0, at their limits and between, the base turned by 0, by pi, beside both and between.
 fn poses() -> impl Strategy<Value = (HandPose, Vec<Place>)> {
@@ -208,7 +208,7 @@ fn poses() -> impl Strategy<Value = (HandPose, Vec<Place>)> {
         0.0..2.0 * PI,
     ];
     let vector = || prop::array::uniform3(-1.0..1.0);
-    let places = prop::collection::vec(place, MOST_JOINTS);
+    let places = prop::collection::vec(place, MAX_JOINTS);
     (vector(), vector(), angle, places).prop_map(|(shift, axis, angle, places)| {
         let axis = Vec3::from(axis) + Vec3::new(1e-3, 0.0, 0.0);
         let pose = HandPose {

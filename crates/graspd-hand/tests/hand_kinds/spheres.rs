@@ -8,7 +8,7 @@ use crate::kinds::human_hand;
 /// Skin of the outer two bones of fingers may stand out of the spheres of its finger so far, on average and anywhere \[m\]:
 /// fingers are broader than deep.
 const MEAN_GAP: f64 = 1.2e-3;
-const LARGEST_GAP: f64 = 4e-3;
+const MAX_GAP: f64 = 4e-3;
 
 #[test]
 fn the_human_hands_spheres_cover_its_fingers() {
@@ -34,5 +34,5 @@ fn the_human_hands_spheres_cover_its_fingers() {
     let mean = gaps.iter().sum::<f64>() / gaps.len() as f64;
     let largest = gaps.iter().copied().fold(f64::NEG_INFINITY, f64::max);
     assert!(gaps.len() > 200, "{}", gaps.len());
-    assert!(mean < MEAN_GAP && largest < LARGEST_GAP, "{mean} {largest}");
+    assert!(mean < MEAN_GAP && largest < MAX_GAP, "{mean} {largest}");
 }

@@ -2,8 +2,8 @@
 
 mod archives;
 mod faults;
-#[path = "../following/mod.rs"]
-mod following;
+#[path = "../jacobian_rows/mod.rs"]
+mod jacobian_rows;
 mod kinematics;
 mod mutations;
 mod pickles;

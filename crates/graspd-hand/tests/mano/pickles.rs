@@ -411,7 +411,7 @@ fn a_pickle_on_disk_makes_a_hand_named_after_its_file() {
     assert_eq!(hand.contact_points().count, synthetic::VERTICES);
     assert_eq!(hand.contact_points().weight.len(), 784);
     assert_eq!(hand.articulation_names().len(), POSE_VALUES);
-    assert_eq!(hand.mano_shape(), Some(&[][..]));
+    assert_eq!(hand.shape_parameters(), Some(&[][..]));
     assert!(hand.limits().is_none());
 }
 

@@ -1,7 +1,7 @@
 //! Balls that fill the hand: whatever is in one of them has gone into the hand, on whichever side of a wall its skin is.
 
 use graspd_geom::{Quaternion, SignedDistance, TriangleMesh, Vec3};
-use graspd_hand::{Hand, HandPose, Limit, Pull};
+use graspd_hand::{Hand, HandPose, Limit, PointForces};
 use nalgebra::{Point3, Vector3};
 use rayon::prelude::*;
 
@@ -112,7 +112,7 @@ impl HandCore {
         vertices: &[Point3<f64>],
         ball: usize,
         direction: &Vector3<f64>,
-    ) -> Pull {
+    ) -> PointForces {
         (self.skin).pull_above(vertices, ball, -self.radius[ball], direction)
     }
 }

@@ -256,7 +256,7 @@ impl<'a> HandFitter<'a> {
 
 /// Whether a hand has no soft skin.
 fn is_rigid(hand: &dyn Hand) -> bool {
-    hand.mano_shape().is_none()
+    !hand.is_soft()
 }
 
 fn fitted(skin: &SkinSamples, pose: HandPose, placement: &Placement, cost: f64) -> FittedHand {

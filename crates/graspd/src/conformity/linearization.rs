@@ -1,7 +1,7 @@
 //! The cost of a pose, and its normal equations.
 
 use graspd_geom::Vec3;
-use graspd_hand::{Hand, HandPoint, HandPose, PosedHand, Pull, PullRows};
+use graspd_hand::{Hand, HandPoint, HandPose, JacobianRows, PointForces, PosedHand};
 use nalgebra::{DMatrix, DVector, Vector3};
 
 use super::core::HandCore;
@@ -91,10 +91,10 @@ pub(super) struct PoseCost<'a> {
     posture: Vec<(f64, f64)>,
     intersection_factor: f64,
     matrix: NormalMatrix,
-    pulls: Vec<Pull>,
+    pulls: Vec<PointForces>,
     /// Slope and weight of each pull.
     terms: Vec<(f64, f64)>,
-    rows: PullRows,
+    rows: JacobianRows,
     /// The points that are looked up, and what they are of the skin or the core.
     queries: Vec<Query>,
     asked: Vec<u32>,
@@ -115,7 +115,7 @@ impl<'a> PoseCost<'a> {
         let joints = hand.open_articulation().len();
         let posture_weight = skin.density() * settings.posture_weight;
         // Coefficients of hands in MANO's layout are counted from the relaxed hand.
-        let relaxed_at_zero = hand.mano_shape().is_some();
+        let relaxed_at_zero = hand.is_soft();
         let posture = (0..joints).map(|joint| match hand.limits() {
             Some(limits) => {
                 let limit = limits[joint];
@@ -135,10 +135,10 @@ impl<'a> PoseCost<'a> {
             posture: posture.collect(),
             intersection_factor: skin.density() * settings.intersection_weight
                 / INTERSECTION_UNIT.powi(2),
-            matrix: NormalMatrix::new(hand.row_basis(), joints),
+            matrix: NormalMatrix::new(hand.jacobian_basis(), joints),
             pulls: Vec::new(),
             terms: Vec::new(),
-            rows: PullRows::default(),
+            rows: JacobianRows::default(),
             queries: Vec::new(),
             asked: Vec::new(),
             answers: Vec::new(),
@@ -312,14 +312,14 @@ impl<'a> PoseCost<'a> {
         for overlap in self.overlaps(placement) {
             let [first, second] = overlap.pair.map(HandPoint::Sphere);
             let apart = Vec3::from(overlap.direction);
-            self.pulls.push(Pull {
+            self.pulls.push(PointForces {
                 points: [(first, apart), (second, -apart), (first, Vec3::zero())],
             });
             // The depth falls as they part.
             self.terms.push((-factor * overlap.depth, factor));
         }
         self.hand
-            .pull_rows(pose, &placement.hand, &self.pulls, &mut self.rows);
+            .jacobian_rows(pose, &placement.hand, &self.pulls, &mut self.rows);
         self.matrix.clear();
         for (row, &(slope, weight)) in self.rows.iter().zip(&self.terms) {
             self.matrix.add(&row, slope, weight);

@@ -1,6 +1,6 @@
 //! Sums of weighted outer products of sparse rows.
 
-use graspd_hand::PullRow;
+use graspd_hand::JacobianRow;
 use nalgebra::{DMatrix, DVector};
 
 /// Unknowns of the base.
@@ -57,7 +57,7 @@ impl NormalMatrix {
 
     /// Adds `weight` r r^T to the matrix and `slope` r to the vector.
     #[inline]
-    pub(super) fn add(&mut self, row: &PullRow<'_>, slope: f64, weight: f64) {
+    pub(super) fn add(&mut self, row: &JacobianRow<'_>, slope: f64, weight: f64) {
         self.columns.clear();
         self.values.clear();
         self.columns.extend(0..BASE);
@@ -163,7 +163,7 @@ mod tests {
                 let by_joints = whole.transpose() * dense;
                 matrix += &by_joints * by_joints.transpose() * *weight;
                 vector += by_joints * *slope;
-                sums.add(&PullRow { base, entries: &entries }, *slope, *weight);
+                sums.add(&JacobianRow { base, entries: &entries }, *slope, *weight);
             }
             let (found, gradient) = sums.finish();
             prop_assert!((&found - matrix).amax() < SAME);

@@ -3,7 +3,7 @@
 use graspd_geom::{
     SignedDistance, SurfacePoint, TriangleMesh, Vec3, sample_by_sequence, sample_evenly,
 };
-use graspd_hand::{Hand, HandPoint, Pull};
+use graspd_hand::{Hand, HandPoint, PointForces};
 use nalgebra::{Point3, Vector3};
 use rayon::prelude::*;
 
@@ -133,10 +133,10 @@ impl SkinSamples {
     }
 
     /// A point's movement along a direction.
-    pub(super) fn pull(&self, point: usize, direction: &Vector3<f64>) -> Pull {
+    pub(super) fn pull(&self, point: usize, direction: &Vector3<f64>) -> PointForces {
         let Place { corners, shares } = self.places[point];
         let direction = Vec3::from(*direction);
-        Pull {
+        PointForces {
             points: [0, 1, 2].map(|k| (HandPoint::Vertex(corners[k]), direction * shares[k])),
         }
     }
@@ -148,7 +148,7 @@ impl SkinSamples {
         point: usize,
         height: f64,
         direction: &Vector3<f64>,
-    ) -> Pull {
+    ) -> PointForces {
         let mut pull = self.pull(point, direction);
         let [a, b, c] = self.places[point].corners.map(|v| vertices[v as usize]);
         let (along, across) = (b - a, c - a);

@@ -1,7 +1,7 @@
 //! What is left out or known already when a hand is placed again, against looking everything up anew.
 
 use graspd_geom::{SdfGrid, SdfSampling, SignedDistance, Vec3, builtin_object};
-use graspd_hand::{Hand, HandPoint, HandPose, PosedHand, Pull, builtin_hand};
+use graspd_hand::{Hand, HandPoint, HandPose, PointForces, PosedHand, builtin_hand};
 use nalgebra::Vector3;
 use proptest::prelude::*;
 use rand::{Rng, SeedableRng};
@@ -182,7 +182,7 @@ fn pulls_are_what_points_of_skin_and_balls_move_along() {
             moved.articulation[joint] += step;
             placed(&moved)
         });
-        let by_pull = |pull: &Pull| {
+        let by_pull = |pull: &PointForces| {
             let change = |&(point, force): &(HandPoint, Vec3<f64>)| {
                 (moved[1].position(point) - moved[0].position(point)).dot(force)
             };

@@ -15,16 +15,16 @@ const SAMPLES_FOR_SURFACE: usize = 250;
 /// Bodies whose spheres overlap in more than this share of all articulations are neighbours that always touch.
 const ALWAYS: f64 = 0.9;
 /// What never came closer than this in any articulation tried is taken never to meet \[m\].
-const NEVER_CLOSER: f64 = 0.01;
+const MAX_CLEARANCE: f64 = 0.01;
 
 /// The bodies' poses in many articulations, the open hand first.
-pub(crate) struct Encounters<'a> {
+pub(crate) struct SampledPoses<'a> {
     tree: &'a KinematicTree,
     /// The bodies' poses for each articulation.
     poses: Vec<Vec<Rigid<f64>>>,
 }
 
-impl<'a> Encounters<'a> {
+impl<'a> SampledPoses<'a> {
     /// Tries articulations, half of them drawn evenly within the limits and half of them at the limits, where bodies
     /// reach farthest.
     pub(crate) fn new(tree: &'a KinematicTree, open_poses: &[Rigid<f64>], seed: u64) -> Self {
@@ -67,7 +67,7 @@ impl<'a> Encounters<'a> {
                 }
                 let position = poses[point.body].apply(point.position);
                 *is_reached = spheres.iter().zip(&centers).any(|(sphere, center)| {
-                    let reach = sphere.radius + NEVER_CLOSER;
+                    let reach = sphere.radius + MAX_CLEARANCE;
                     (*center - position).norm_squared() < reach * reach
                         && self.can_collide(sphere.body, point.body)
                 });
@@ -91,7 +91,7 @@ impl<'a> Encounters<'a> {
         }
         let too_often = (ALWAYS * SAMPLES as f64) as usize;
         pairs.retain(|pair| {
-            overlaps.count(pair.bodies) <= too_often && pair.clearance() < NEVER_CLOSER
+            overlaps.count(pair.bodies) <= too_often && pair.clearance() < MAX_CLEARANCE
         });
         pairs.sort_by(|x, y| {
             let by_clearance = x.clearance().total_cmp(&y.clearance());

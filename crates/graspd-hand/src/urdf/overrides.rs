@@ -8,7 +8,7 @@ use toml::{Table, Value};
 use crate::{ArticulatedHand, HandError, HandOptions, KinematicTree, Limit, PalmFrame};
 
 /// The settings, or none; their file and every table checked for unknown keys.
-pub(crate) struct Beside {
+pub(crate) struct Overrides {
     file: PathBuf,
     table: Table,
     is_there: bool,
@@ -26,41 +26,41 @@ const TOP_KEYS: [&str; 8] = [
 ];
 const PALM_KEYS: [&str; 3] = ["center_m", "normal", "fingers"];
 
-impl Beside {
+impl Overrides {
     /// Reads the settings beside a URDF file, if there are any.
     pub(crate) fn read(urdf: &Path) -> Result<Self, HandError> {
         let file = urdf.with_extension("toml");
-        let mut said = Self {
+        let mut overrides = Self {
             is_there: file.is_file(),
             file,
             table: Table::new(),
         };
-        if !said.is_there {
-            return Ok(said);
+        if !overrides.is_there {
+            return Ok(overrides);
         }
-        let text = std::fs::read_to_string(&said.file).map_err(|error| HandError::Read {
-            file: said.file.clone(),
+        let text = std::fs::read_to_string(&overrides.file).map_err(|error| HandError::Read {
+            file: overrides.file.clone(),
             error,
         })?;
-        said.table = text.parse().map_err(|error: toml::de::Error| {
+        overrides.table = text.parse().map_err(|error: toml::de::Error| {
             let line = error
                 .span()
                 .map(|span| text[..span.start.min(text.len())].lines().count().max(1));
             let place = line.map_or_else(String::new, |line| format!("line {line}: "));
-            said.fault(format!("{place}{}; correct it", error.message()))
+            overrides.fault(format!("{place}{}; correct it", error.message()))
         })?;
-        said.check_keys("", &said.table, &TOP_KEYS)?;
+        overrides.check_keys("", &overrides.table, &TOP_KEYS)?;
         for (table, keys) in [
             ("palm", &PALM_KEYS[..]),
             ("contacts", &["count"]),
             ("self_collision", &["spheres", "allow"]),
         ] {
-            if let Some(inside) = said.inside(table)? {
-                said.check_keys(table, inside, keys)?;
+            if let Some(inside) = overrides.inside(table)? {
+                overrides.check_keys(table, inside, keys)?;
             }
         }
-        said.check_kinds()?;
-        Ok(said)
+        overrides.check_kinds()?;
+        Ok(overrides)
     }
 
     /// Values whose kind nothing else looks at.
@@ -161,7 +161,7 @@ impl Beside {
         Ok(())
     }
 
-    /// Which way joints close, `[n]`, where it is said.
+    /// Which way joints close, `[n]`, where they tell.
     pub(crate) fn closing(&self, tree: &KinematicTree) -> Result<Vec<Option<f64>>, HandError> {
         let mut closing = vec![None; tree.articulation_names().len()];
         for (name, value) in self.inside("closing")?.into_iter().flatten() {
@@ -177,14 +177,14 @@ impl Beside {
     }
 
     pub(crate) fn palm(&self, palm: &mut PalmFrame) -> Result<(), HandError> {
-        let Some(said) = self.inside("palm")? else {
+        let Some(palm_table) = self.inside("palm")? else {
             return Ok(());
         };
-        if let Some(value) = said.get("center_m") {
+        if let Some(value) = palm_table.get("center_m") {
             palm.center = Point3::from(self.numbers::<3>("palm.center_m", value)?);
         }
         let direction = |key: &'static str| -> Result<Option<Vector3<f64>>, HandError> {
-            let Some(value) = said.get(key) else {
+            let Some(value) = palm_table.get(key) else {
                 return Ok(None);
             };
             let what = format!("palm.{key}");

@@ -10,21 +10,21 @@ const SMOOTH_COSINE: f64 = 0.82;
 
 /// A straight stretch of a sharp convex edge.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Ridge {
+pub(crate) struct SharpEdge {
     start: Point3<f64>,
     end: Point3<f64>,
     /// Unit mean of the two faces' normals.
     normal: Vector3<f64>,
 }
 
-impl Ridge {
+impl SharpEdge {
     pub(crate) fn length(&self) -> f64 {
         (self.end - self.start).norm()
     }
 }
 
-/// The ridges of a closed, outward-oriented mesh, in the order of its faces.
-pub(crate) fn ridges(mesh: &TriangleMesh) -> Vec<Ridge> {
+/// The sharp_edges of a closed, outward-oriented mesh, in the order of its faces.
+pub(crate) fn sharp_edges(mesh: &TriangleMesh) -> Vec<SharpEdge> {
     // The face on whose boundary each directed edge lies; vertices at one position count as one.
     let mut ids = HashMap::new();
     let id: Vec<usize> = mesh
@@ -69,7 +69,7 @@ pub(crate) fn ridges(mesh: &TriangleMesh) -> Vec<Ridge> {
                 continue;
             };
             if is_convex && n.dot(&m) < SMOOTH_COSINE {
-                found.push(Ridge {
+                found.push(SharpEdge {
                     start,
                     end,
                     normal: mean,
@@ -85,16 +85,19 @@ fn sides(corners: &[u32; 3]) -> [(usize, usize); 3] {
     [(a, b), (b, c), (c, a)]
 }
 
-/// Points along the ridges, `spacing` \[m\] apart on the whole, with the ridges' normals.
-pub(crate) fn points_along(ridges: &[Ridge], spacing: f64) -> Vec<(Point3<f64>, Vector3<f64>)> {
+/// Points along the sharp_edges, `spacing` \[m\] apart on the whole, with the sharp_edges' normals.
+pub(crate) fn points_along(
+    sharp_edges: &[SharpEdge],
+    spacing: f64,
+) -> Vec<(Point3<f64>, Vector3<f64>)> {
     let mut points = Vec::new();
     // The distance left over on one stretch carries on to the next, so that short ones get their share.
     let mut next = 0.5 * spacing;
-    for ridge in ridges {
-        let length = ridge.length();
+    for edge in sharp_edges {
+        let length = edge.length();
         while next <= length {
-            let at = ridge.start + (ridge.end - ridge.start) * (next / length);
-            points.push((at, ridge.normal));
+            let at = edge.start + (edge.end - edge.start) * (next / length);
+            points.push((at, edge.normal));
             next += spacing;
         }
         next -= length;
@@ -110,9 +113,9 @@ mod tests {
     #[test]
     fn a_box_has_its_twelve_edges_and_a_fine_ball_none() {
         let mesh = box_mesh(Vector3::new(0.02, 0.03, 0.05), 0.004);
-        let length: f64 = ridges(&mesh).iter().map(Ridge::length).sum();
+        let length: f64 = sharp_edges(&mesh).iter().map(SharpEdge::length).sum();
         assert!((length - 4.0 * (0.02 + 0.03 + 0.05)).abs() < 1e-9);
-        assert!(ridges(&sphere_mesh(0.02, 0.004)).is_empty());
+        assert!(sharp_edges(&sphere_mesh(0.02, 0.004)).is_empty());
     }
 
     #[test]
@@ -122,13 +125,13 @@ mod tests {
         for face in &mut mesh.faces {
             face.swap(1, 2);
         }
-        assert!(ridges(&mesh).is_empty());
+        assert!(sharp_edges(&mesh).is_empty());
     }
 
     #[test]
     fn points_lie_on_edges_at_the_asked_spacing() {
         let mesh = box_mesh(Vector3::new(0.02, 0.03, 0.05), 0.004);
-        let points = points_along(&ridges(&mesh), 0.005);
+        let points = points_along(&sharp_edges(&mesh), 0.005);
         assert_eq!(points.len(), 80);
         for (p, normal) in points {
             let outside = [p.x.abs() - 0.01, p.y.abs() - 0.015, p.z.abs() - 0.025];

@@ -9,7 +9,7 @@ use super::hand::SkinnedHand;
 use super::model::{POSE_FEATURES, POSE_VALUES, SKINNED_JOINTS};
 use super::pose_space::{left_jacobian_transposed, rotation_vector};
 use super::skin::JOINT_FEATURES;
-use crate::{HandPoint, HandPose, PosedHand, Pull, PullRows};
+use crate::{HandPoint, HandPose, JacobianRows, PointForces, PosedHand};
 
 /// What moves each vertex: joints, and the vertex's weights.
 #[derive(Clone, Debug, Default)]
@@ -109,7 +109,7 @@ impl SkinnedHand {
             }
             posed.vertices.push(sum.into());
         }
-        self.closing.close(&mut posed.vertices);
+        self.cap.close(&mut posed.vertices);
         let spheres = self.sphere_centers.iter().zip(&self.spheres.body);
         posed.spheres.clear();
         posed.spheres.extend(spheres.map(|(&center, &body)| {
@@ -123,8 +123,8 @@ impl SkinnedHand {
         &self,
         pose: &HandPose,
         posed: &PosedHand,
-        pulls: &[Pull],
-        rows: &mut PullRows,
+        pulls: &[PointForces],
+        rows: &mut JacobianRows,
     ) {
         let bones = &posed.skin.bones;
         let by_vector = turns_by_vectors(bones);
@@ -174,7 +174,7 @@ impl SkinnedHand {
     fn load_vertex(&self, posed: &PosedHand, vertex: u32, force: Vec3<f64>, loads: &mut Loads) {
         let vertex = vertex as usize;
         if let Some(middle) = vertex.checked_sub(self.rest.len()) {
-            let wrist = &self.closing.loops[middle];
+            let wrist = &self.cap.loops[middle];
             let share = force * (1.0 / wrist.len() as f64);
             for &vertex in wrist {
                 self.load_vertex(posed, vertex, share, loads);

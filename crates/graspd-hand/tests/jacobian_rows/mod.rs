@@ -2,7 +2,8 @@
 
 use graspd_geom::{Quaternion, Vec3};
 use graspd_hand::{
-    Hand, HandPoint, HandPose, PosedHand, Pull, PullRows, place_plainly, pull_rows_by_differences,
+    Hand, HandPoint, HandPose, JacobianRows, PointForces, PosedHand, jacobian_rows_by_differences,
+    pose_by_forward,
 };
 use proptest::prelude::*;
 use rand::{Rng, SeedableRng};
@@ -35,7 +36,7 @@ pub(crate) fn pose_of(hand: &dyn Hand, random: &mut ChaCha8Rng) -> HandPose {
 }
 
 /// Faces, vertices from anywhere (the last among them) and pairs of spheres, pulled at in any direction.
-fn pulls_of(hand: &dyn Hand, pose: &HandPose, random: &mut ChaCha8Rng) -> Vec<Pull> {
+fn pulls_of(hand: &dyn Hand, pose: &HandPose, random: &mut ChaCha8Rng) -> Vec<PointForces> {
     let surface = hand.surface(pose);
     let last = surface.vertices.len() as u32 - 1;
     let spheres = hand.collision_spheres().radius.len() as u32;
@@ -58,7 +59,7 @@ fn pulls_of(hand: &dyn Hand, pose: &HandPose, random: &mut ChaCha8Rng) -> Vec<Pu
                 HandPoint::Vertex(random.random_range(0..=last)),
             ],
         };
-        Pull {
+        PointForces {
             points: [0, 1, 2].map(|k| (points[k], forces[k])),
         }
     };
@@ -72,10 +73,14 @@ fn placed(hand: &dyn Hand, pose: &HandPose) -> PosedHand {
 }
 
 /// Rows by base and articulation.
-fn expanded(hand: &dyn Hand, rows: &PullRows, has_basis: bool) -> Vec<Vec<f64>> {
+fn expanded(hand: &dyn Hand, rows: &JacobianRows, has_basis: bool) -> Vec<Vec<f64>> {
     let joints = hand.open_articulation().len();
-    let basis = if has_basis { hand.row_basis() } else { None };
-    let expand = |row: graspd_hand::PullRow<'_>| {
+    let basis = if has_basis {
+        hand.jacobian_basis()
+    } else {
+        None
+    };
+    let expand = |row: graspd_hand::JacobianRow<'_>| {
         let mut all = row.base.to_vec();
         all.resize(6 + joints, 0.0);
         for &(column, value) in row.entries {
@@ -94,14 +99,14 @@ fn expanded(hand: &dyn Hand, rows: &PullRows, has_basis: bool) -> Vec<Vec<f64>> 
 }
 
 /// Everything that is claimed of one hand in one pose.
-pub(crate) fn assert_following(hand: &dyn Hand, seed: u64) -> Result<(), TestCaseError> {
+pub(crate) fn assert_jacobian_rows(hand: &dyn Hand, seed: u64) -> Result<(), TestCaseError> {
     let mut random = ChaCha8Rng::seed_from_u64(seed);
     let name = hand.name();
     // What is in the buffers from another pose must not count.
     let other = pose_of(hand, &mut random);
     let mut posed = placed(hand, &other);
-    let mut rows = PullRows::default();
-    hand.pull_rows(
+    let mut rows = JacobianRows::default();
+    hand.jacobian_rows(
         &other,
         &posed,
         &pulls_of(hand, &other, &mut random),
@@ -111,7 +116,7 @@ pub(crate) fn assert_following(hand: &dyn Hand, seed: u64) -> Result<(), TestCas
     let pose = pose_of(hand, &mut random);
     hand.place(&pose, &mut posed);
     let mut plain = PosedHand::default();
-    place_plainly(hand, &pose, &mut plain);
+    pose_by_forward(hand, &pose, &mut plain);
     for (a, b) in [
         (&posed.vertices, &plain.vertices),
         (&posed.spheres, &plain.spheres),
@@ -126,9 +131,9 @@ pub(crate) fn assert_following(hand: &dyn Hand, seed: u64) -> Result<(), TestCas
     }
 
     let pulls = pulls_of(hand, &pose, &mut random);
-    hand.pull_rows(&pose, &posed, &pulls, &mut rows);
-    let mut by_differences = PullRows::default();
-    pull_rows_by_differences(hand, &pose, &posed, &pulls, &mut by_differences);
+    hand.jacobian_rows(&pose, &posed, &pulls, &mut rows);
+    let mut by_differences = JacobianRows::default();
+    jacobian_rows_by_differences(hand, &pose, &posed, &pulls, &mut by_differences);
     prop_assert_eq!(rows.len(), pulls.len());
     let exact = expanded(hand, &rows, true);
     let numeric = expanded(hand, &by_differences, false);

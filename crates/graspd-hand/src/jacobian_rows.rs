@@ -39,16 +39,16 @@ pub enum HandPoint {
 
 /// Forces on up to three points: the scalar sum of force . position, for forces that stay what they are.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Pull {
+pub struct PointForces {
     /// The points, and the force on each in the object frame; where there are fewer than three, with a force of 0.
     pub points: [(HandPoint, Vec3<f64>); 3],
 }
 
-/// The derivatives of [`Pull`]s, one row each; filled by [`Hand::pull_rows`].
+/// The derivatives of [`PointForces`]s, one row each; filled by [`Hand::jacobian_rows`].
 ///
-/// Columns are the coordinates z of [`Hand::row_basis`]; those not mentioned are 0, and none is mentioned twice in a row.
+/// Columns are the coordinates z of [`Hand::jacobian_basis`]; those not mentioned are 0, and none is mentioned twice in a row.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct PullRows {
+pub struct JacobianRows {
     base: Vec<[f64; 6]>,
     ends: Vec<usize>,
     entries: Vec<(u32, f64)>,
@@ -56,14 +56,14 @@ pub struct PullRows {
 
 /// One row.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct PullRow<'a> {
+pub struct JacobianRow<'a> {
     /// The derivatives by the base's position and by a rotation vector about its origin, both in the object frame.
     pub base: &'a [f64; 6],
     /// Columns, and the derivatives by them.
     pub entries: &'a [(u32, f64)],
 }
 
-impl PullRows {
+impl JacobianRows {
     /// How many rows there are.
     pub fn len(&self) -> usize {
         self.ends.len()
@@ -73,12 +73,12 @@ impl PullRows {
         self.ends.is_empty()
     }
     /// The rows.
-    pub fn iter(&self) -> impl Iterator<Item = PullRow<'_>> {
+    pub fn iter(&self) -> impl Iterator<Item = JacobianRow<'_>> {
         let mut start = 0;
         self.base.iter().zip(&self.ends).map(move |(base, &end)| {
             let entries = &self.entries[start..end];
             start = end;
-            PullRow { base, entries }
+            JacobianRow { base, entries }
         })
     }
 
@@ -106,13 +106,13 @@ impl PullRows {
 
     /// Ends the row that is being made: that of a pull on a hand whose base is at `origin`.
     #[inline]
-    pub(crate) fn end(&mut self, pull: &Pull, posed: &PosedHand, origin: Vec3<f64>) {
+    pub(crate) fn end(&mut self, pull: &PointForces, posed: &PosedHand, origin: Vec3<f64>) {
         self.base.push(base_row(pull, posed, origin));
         self.ends.push(self.entries.len());
     }
 
     /// Makes the rows those of other pulls as far as the base goes.
-    pub(crate) fn set_base(&mut self, pulls: &[Pull], posed: &PosedHand, origin: Vec3<f64>) {
+    pub(crate) fn set_base(&mut self, pulls: &[PointForces], posed: &PosedHand, origin: Vec3<f64>) {
         for (base, pull) in self.base.iter_mut().zip(pulls) {
             *base = base_row(pull, posed, origin);
         }
@@ -121,7 +121,7 @@ impl PullRows {
 
 /// The force, and the torque about the base's origin.
 #[inline]
-fn base_row(pull: &Pull, posed: &PosedHand, origin: Vec3<f64>) -> [f64; 6] {
+fn base_row(pull: &PointForces, posed: &PosedHand, origin: Vec3<f64>) -> [f64; 6] {
     let (mut force, mut torque) = (Vec3::zero(), Vec3::zero());
     for &(point, own) in &pull.points {
         force += own;
@@ -145,7 +145,7 @@ impl PosedHand {
 }
 
 /// [`Hand::place`] by way of [`Hand::surface`] and [`Kinematics::forward`](crate::Kinematics::forward): what the others are tested against.
-pub fn place_plainly<H: Hand + ?Sized>(hand: &H, pose: &HandPose, posed: &mut PosedHand) {
+pub fn pose_by_forward<H: Hand + ?Sized>(hand: &H, pose: &HandPose, posed: &mut PosedHand) {
     let mut contacts = PointBuffer::<f64>::zeros(hand.contact_points().weight.len());
     let mut spheres = PointBuffer::<f64>::zeros(hand.collision_spheres().radius.len());
     hand.forward(pose, &mut hand.new_scratch(), &mut contacts, &mut spheres);
@@ -156,14 +156,14 @@ pub fn place_plainly<H: Hand + ?Sized>(hand: &H, pose: &HandPose, posed: &mut Po
         .extend((0..spheres.len()).map(|sphere| Point3::from(spheres.get(sphere))));
 }
 
-/// [`Hand::pull_rows`] by the articulation, by central differences of [`Hand::place`]: what the others are tested
+/// [`Hand::jacobian_rows`] by the articulation, by central differences of [`Hand::place`]: what the others are tested
 /// against.
-pub fn pull_rows_by_differences<H: Hand + ?Sized>(
+pub fn jacobian_rows_by_differences<H: Hand + ?Sized>(
     hand: &H,
     pose: &HandPose,
     posed: &PosedHand,
-    pulls: &[Pull],
-    rows: &mut PullRows,
+    pulls: &[PointForces],
+    rows: &mut JacobianRows,
 ) {
     let joints = pose.articulation.len();
     let mut by_joint = DMatrix::<f64>::zeros(joints, pulls.len());

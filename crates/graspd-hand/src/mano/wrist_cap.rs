@@ -5,14 +5,14 @@ use nalgebra::Point3;
 
 /// What closes a surface: for each loop of its boundary a fan of triangles about the loop's middle.
 #[derive(Clone, Debug)]
-pub(crate) struct Closing {
+pub(crate) struct WristCap {
     /// The faces of the open surface and of the fans, outward oriented; the middle of loop k is vertex `v + k`.
     pub(crate) faces: Vec<[u32; 3]>,
     /// Vertices of each loop.
     pub(crate) loops: Vec<Vec<u32>>,
 }
 
-impl Closing {
+impl WristCap {
     /// Closes the surface, and turns it inside out if it was.
     ///
     /// # Errors

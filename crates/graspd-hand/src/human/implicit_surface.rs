@@ -78,13 +78,13 @@ fn smooth_minimum(a: f64, b: f64, blend: f64) -> f64 {
 
 /// The flesh of the whole hand.
 #[derive(Clone, Debug)]
-pub(crate) struct Flesh {
+pub(crate) struct ImplicitHand {
     palm: Vec<RoundedCone>,
     /// The parts of each ray, by ray.
     fingers: [Vec<RoundedCone>; 5],
 }
 
-impl Flesh {
+impl ImplicitHand {
     pub(crate) fn new() -> Self {
         let chains = chains();
         Self {
@@ -111,7 +111,7 @@ impl Flesh {
         value = smooth_minimum(value, fingers, ROOT_BLEND);
         -smooth_minimum(-value, WRIST_END - p.x, 6.0)
     }
-    /// The gradient of [`Flesh::value`], by central differences.
+    /// The gradient of [`ImplicitHand::value`], by central differences.
     pub(crate) fn gradient(&self, p: &Point3<f64>) -> Vector3<f64> {
         const STEP: f64 = 0.02;
         Vector3::from_fn(|axis, _| {
@@ -271,7 +271,7 @@ mod tests {
 
     #[test]
     fn every_bone_is_inside_and_the_gaps_between_fingers_are_open() {
-        let flesh = Flesh::new();
+        let flesh = ImplicitHand::new();
         let chains = chains();
         for chain in &chains {
             assert!(chain.joints.iter().all(|joint| flesh.value(joint) < -3.0));

@@ -101,7 +101,7 @@ pub fn closing_directions(hand: &dyn Hand) -> Vec<f64> {
         .filter_map(|(point, is_finger)| is_finger.then_some(point))
         .collect();
     let mut found = directions(limits, open, focus(hand.palm(), &fingers), positions);
-    for (found, described) in found.iter_mut().zip(hand.described_closing()) {
+    for (found, described) in found.iter_mut().zip(hand.closing_overrides()) {
         *found = described.unwrap_or(*found);
     }
     found

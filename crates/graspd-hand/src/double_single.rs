@@ -8,12 +8,12 @@ use crate::{POINT_PADDING, PointBuffer};
 pub(crate) type Row = [f64; POINT_PADDING];
 
 /// The rows of one coordinate: rounded, and what that leaves.
-pub(crate) struct SplitRows<'a> {
+pub(crate) struct DoubleSingleRows<'a> {
     high: &'a mut [[f32; POINT_PADDING]],
     low: &'a mut [[f32; POINT_PADDING]],
 }
 
-impl<'a> SplitRows<'a> {
+impl<'a> DoubleSingleRows<'a> {
     /// The coordinates along x, y and z of points and what rounding leaves of them.
     #[inline(always)]
     pub(crate) fn of(
@@ -45,7 +45,7 @@ impl<'a> SplitRows<'a> {
 }
 
 /// Overwrites point `index`, and what rounding leaves of it.
-pub(crate) fn set_split(
+pub(crate) fn set_double_single(
     points: &mut PointBuffer<f32>,
     remainder: &mut PointBuffer<f32>,
     index: usize,

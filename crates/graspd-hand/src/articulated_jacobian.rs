@@ -3,7 +3,7 @@
 use graspd_geom::{Rigid, Vec3};
 use nalgebra::Point3;
 
-use crate::{ArticulatedHand, HandPoint, HandPose, PosedHand, Pull, PullRows};
+use crate::{ArticulatedHand, HandPoint, HandPose, JacobianRows, PointForces, PosedHand};
 
 impl ArticulatedHand {
     pub(crate) fn place_points(&self, pose: &HandPose, posed: &mut PosedHand) {
@@ -31,8 +31,8 @@ impl ArticulatedHand {
         &self,
         pose: &HandPose,
         posed: &PosedHand,
-        pulls: &[Pull],
-        rows: &mut PullRows,
+        pulls: &[PointForces],
+        rows: &mut JacobianRows,
     ) {
         let screws = self.tree().screws(&posed.bodies);
         rows.clear();
