@@ -61,10 +61,8 @@ const LAYERS: &[(&str, Allowed)] = &[
     ),
     ("graspd-cli", Allowed::Anything),
     ("graspd-tests", Allowed::Anything),
-    (
-        "xtask",
-        Allowed::Only(&["anyhow", "plotters", "serde_json"]),
-    ),
+    ("bench-lab", Allowed::Workspace(&["graspd", "graspd-eval"])),
+    ("xtask", Allowed::Only(&["anyhow", "serde_json"])),
 ];
 
 /// Checks the workspace at `root`.

@@ -42,7 +42,7 @@ const LONG_FILE: usize = 500;
 /// Checks the Rust files of the workspace at `root`; warns of long ones.
 pub(crate) fn check_workspace(root: &Path) -> Result<()> {
     let mut found = Vec::new();
-    for folder in ["crates", "tests", "xtask"] {
+    for folder in ["bench-lab", "crates", "tests", "xtask"] {
         for file in rust_files(&root.join(folder))? {
             let text = fs::read_to_string(&file)
                 .with_context(|| format!("cannot read {}", file.display()))?;

@@ -122,7 +122,7 @@ fn yes() -> bool {
 }
 
 impl Default for SynthesisSettings {
-    /// The preset `default`, chosen by measurement (`docs/tuning.md`): the hand is fitted to the object from several
+    /// The preset `default`, chosen by measurement (`lab/tuning.md`): the hand is fitted to the object from several
     /// starts, the best of which goes through 700 steps of the simulation, in contact from the first and at a tenth of
     /// [`SynthesisSettings::soft`]'s rates, and is fitted again.
     fn default() -> Self {
@@ -220,7 +220,7 @@ impl SynthesisSettings {
     }
 
     /// The preset `default` with fewer points, iterations and steps, but as many starts: these are worth more
-    /// (`docs/tuning.md`). Soft skin is pressed in less, as far as makes contact for each volume what it is with
+    /// (`lab/tuning.md`). Soft skin is pressed in less, as far as makes contact for each volume what it is with
     /// [`SynthesisSettings::paper`].
     pub fn fast() -> Self {
         Self {

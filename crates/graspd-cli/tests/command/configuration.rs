@@ -56,7 +56,7 @@ fn every_value_tells_where_it_comes_from() {
             350.into(),
             "preset soft, stretched",
             "steps",
-            "docs/tuning.md",
+            "lab/tuning.md",
         ),
         (
             "settings.force_rate",

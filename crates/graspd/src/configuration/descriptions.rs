@@ -20,10 +20,10 @@ const JUDGE: &str = "Grasp'D A.6";
 const OPTIMISER: &str = "Grasp'D A.7";
 const RELEASED: &str = "released code";
 const GANHAND: &str = "GANHand, by A.6";
-const OWN: &str = "docs/tuning.md";
+const OWN: &str = "lab/tuning.md";
 const EXECUTION: &str = "docs/hands.md";
 const OWN_JUDGE: &str = "docs/judge.md";
-const EVALUATION: &str = "docs/evaluation.md";
+const EVALUATION: &str = "lab/evaluation.md";
 const RUN: &str = "of the run";
 
 /// (key, unit, source); a name that ends in `*` is for all keys that begin so, and the first that fits counts.

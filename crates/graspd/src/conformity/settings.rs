@@ -74,7 +74,7 @@ pub struct ConformitySettings {
 }
 
 impl Default for ConformitySettings {
-    /// As measured best (`docs/tuning.md`).
+    /// As measured best (`lab/tuning.md`).
     fn default() -> Self {
         Self {
             candidates: 8,

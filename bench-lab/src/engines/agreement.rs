@@ -3,81 +3,69 @@
 use std::fmt::Write;
 
 use anyhow::{Context, Result};
-use serde_json::{Value, json};
+use graspd::HOLDS_BELOW_CM;
+use graspd_eval::GraspMetrics;
+use serde::Serialize;
 
-use super::OUTSIDE;
-
-/// A grasp holds where the object moves by less than this \[cm\].
-const HELD: f64 = 0.5;
 /// A difference in displacement that the list of disagreements begins at \[cm\].
 const DISAGREEMENT: f64 = 0.5;
 
 /// What one engine found about one grasp.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 struct Finding {
     /// With version.
     engine: String,
-    /// SD under the protocol's gravity, and the mean over six directions \[cm\].
-    displacement: f64,
-    mean6: f64,
-    /// Of the shake test's six forces.
-    withstood: f64,
+    /// SD under the protocol's gravity \[cm\].
+    sim_displacement_cm: f64,
+    /// The mean over six directions of gravity \[cm\].
+    sim_displacement_mean6_cm: f64,
+    /// How many of the shake test's six forces.
+    shake_withstood: f64,
 }
 
 /// One grasp, judged by every engine.
-#[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Judged {
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub(super) struct Judged {
     object: String,
     hand: String,
     quality: String,
-    pub(crate) index: u64,
+    pub(super) index: usize,
     /// Deepest penetration \[mm\].
-    depth: f64,
+    max_penetration_mm: f64,
+    #[serde(rename = "engines")]
     findings: Vec<Finding>,
 }
 
 impl Judged {
-    pub(crate) fn new(object: &str, hand: &str, quality: &str, index: u64) -> Self {
+    pub(super) fn new(object: &str, hand: &str, quality: &str, index: usize) -> Self {
         Self {
             object: object.into(),
             hand: hand.into(),
             quality: quality.into(),
             index,
-            depth: f64::NAN,
+            max_penetration_mm: f64::NAN,
             findings: Vec::new(),
         }
     }
 
-    /// Takes in the metrics that an engine gave.
-    pub(crate) fn add(&mut self, engine: &str, metrics: &Value) -> Result<()> {
-        let number = |name: &str| {
-            let value = metrics[name].as_f64();
-            value.with_context(|| format!("{engine} gives no {name}"))
-        };
-        self.depth = number("max_penetration_mm")?;
+    /// Adds the metrics that an engine gave.
+    pub(super) fn add(&mut self, engine: &str, metrics: &GraspMetrics) -> Result<()> {
+        let lacks = |name: &str| format!("{engine} gives no {name}");
+        let withstood = metrics
+            .shake_withstood
+            .with_context(|| lacks("shake_withstood"))?;
+        self.max_penetration_mm = metrics
+            .max_penetration_mm
+            .with_context(|| lacks("max_penetration_mm"))?;
         self.findings.push(Finding {
-            engine: metrics["sim_engine"].as_str().unwrap_or(engine).into(),
-            displacement: number("sim_displacement_cm")?,
-            mean6: number("sim_displacement_mean6_cm")?,
-            withstood: number("shake_withstood")?,
+            engine: metrics.sim_engine.as_deref().unwrap_or(engine).to_owned(),
+            sim_displacement_cm: (metrics.sim_displacement_cm)
+                .with_context(|| lacks("sim_displacement_cm"))?,
+            sim_displacement_mean6_cm: (metrics.sim_displacement_mean6_cm)
+                .with_context(|| lacks("sim_displacement_mean6_cm"))?,
+            shake_withstood: withstood as f64,
         });
         Ok(())
-    }
-
-    pub(crate) fn json(&self) -> Value {
-        let findings = self.findings.iter().map(|finding| {
-            json!({
-                "engine": finding.engine,
-                "sim_displacement_cm": finding.displacement,
-                "sim_displacement_mean6_cm": finding.mean6,
-                "shake_withstood": finding.withstood,
-            })
-        });
-        json!({
-            "object": self.object, "hand": self.hand, "quality": self.quality, "index": self.index,
-            "max_penetration_mm": self.depth,
-            "engines": findings.collect::<Vec<_>>(),
-        })
     }
 
     fn label(&self) -> String {
@@ -91,14 +79,16 @@ impl Judged {
 /// One measure of a finding.
 type Measure = fn(&Finding) -> f64;
 const MEASURES: [(&str, Measure); 3] = [
-    ("SD", |finding| finding.displacement),
-    ("SD, mean of six directions", |finding| finding.mean6),
-    ("forces withstood", |finding| finding.withstood),
+    ("SD", |finding| finding.sim_displacement_cm),
+    ("SD, mean of six directions", |finding| {
+        finding.sim_displacement_mean6_cm
+    }),
+    ("forces withstood", |finding| finding.shake_withstood),
 ];
 
 /// Tables: what each engine says of each quality, rank correlations, how often they agree that a grasp holds, and
 /// where they do not.
-pub(crate) fn document(judged: &[Judged]) -> String {
+pub(super) fn document(judged: &[Judged]) -> String {
     let mut text = String::new();
     let engines: Vec<&str> = judged.first().map_or_else(Vec::new, |grasp| {
         let names = grasp.findings.iter().map(|f| f.engine.as_str());
@@ -113,7 +103,7 @@ pub(crate) fn document(judged: &[Judged]) -> String {
         engines.join(", ")
     ));
     line(format!(
-        "| quality | engine | holds (SD < {HELD} cm) | SD, mean cm | SD6, mean cm | forces withstood, mean |"
+        "| quality | engine | holds (SD < {HOLDS_BELOW_CM} cm) | SD, mean cm | SD6, mean cm | forces withstood, mean |"
     ));
     line("|---|---|---|---|---|---|".into());
     let mut qualities: Vec<&str> = Vec::new();
@@ -129,7 +119,9 @@ pub(crate) fn document(judged: &[Judged]) -> String {
                 let sum: f64 = of.iter().map(|g| measure(&g.findings[at])).sum();
                 sum / of.len() as f64
             };
-            let held = of.iter().filter(|g| g.findings[at].displacement < HELD);
+            let held = of
+                .iter()
+                .filter(|g| g.findings[at].sim_displacement_cm < HOLDS_BELOW_CM);
             line(format!(
                 "| {quality} | {engine} | {} of {} | {:.2} | {:.2} | {:.2} |",
                 held.count(),
@@ -140,7 +132,11 @@ pub(crate) fn document(judged: &[Judged]) -> String {
             ));
         }
     }
-    line("\n| engines | Spearman, SD | Spearman, SD6 | Spearman, forces | agree that it holds | median difference of SD, cm |".into());
+    line(
+        "\n| engines | Spearman, SD | Spearman, SD6 | Spearman, forces | agree that it holds \
+         | median difference of SD, cm |"
+            .into(),
+    );
     line("|---|---|---|---|---|---|".into());
     for (a, b) in pairs(engines.len()) {
         let correlation = |measure: Measure| {
@@ -149,11 +145,11 @@ pub(crate) fn document(judged: &[Judged]) -> String {
             };
             spearman(&of(a), &of(b)).map_or_else(|| "-".into(), |r| format!("{r:.2}"))
         };
-        let holds = |g: &Judged, at: usize| g.findings[at].displacement < HELD;
+        let holds = |g: &Judged, at: usize| g.findings[at].sim_displacement_cm < HOLDS_BELOW_CM;
         let agree = judged.iter().filter(|g| holds(g, a) == holds(g, b));
         let mut differences: Vec<f64> = judged
             .iter()
-            .map(|g| (g.findings[a].displacement - g.findings[b].displacement).abs())
+            .map(|g| (g.findings[a].sim_displacement_cm - g.findings[b].sim_displacement_cm).abs())
             .collect();
         differences.sort_by(f64::total_cmp);
         line(format!(
@@ -174,20 +170,20 @@ pub(crate) fn document(judged: &[Judged]) -> String {
     line(format!("| grasp | deepest, mm | {} |", engines.join(" | ")));
     line(format!("|---|---|{}", "---|".repeat(engines.len())));
     for grasp in judged {
-        let of = grasp.findings.iter().map(|f| f.displacement);
+        let of = grasp.findings.iter().map(|f| f.sim_displacement_cm);
         let (low, high) = (of.clone().fold(f64::MAX, f64::min), of.fold(0.0, f64::max));
         if high - low > DISAGREEMENT {
             let cells = grasp.findings.iter().map(|f| {
                 format!(
                     "{:.2} cm (six: {:.2}), {:.0}/6",
-                    f.displacement, f.mean6, f.withstood
+                    f.sim_displacement_cm, f.sim_displacement_mean6_cm, f.shake_withstood
                 )
             });
             let cells: Vec<_> = cells.collect();
             line(format!(
                 "| {} | {:.1} | {} |",
                 grasp.label(),
-                grasp.depth,
+                grasp.max_penetration_mm,
                 cells.join(" | ")
             ));
         }
@@ -196,7 +192,6 @@ pub(crate) fn document(judged: &[Judged]) -> String {
 }
 
 fn pairs(count: usize) -> impl Iterator<Item = (usize, usize)> {
-    debug_assert!(count <= OUTSIDE.len() + 1);
     (0..count).flat_map(move |a| (a + 1..count).map(move |b| (a, b)))
 }
 
@@ -253,9 +248,14 @@ mod tests {
         for (index, other) in [(0, 0.01), (1, 9.0)] {
             let mut grasp = Judged::new("mug", "human", "good", index);
             for (engine, displacement) in [("rapier", 0.02), ("pybullet", other)] {
-                let metrics = json!({"max_penetration_mm": 0.4, "sim_engine": engine,
-                    "sim_displacement_cm": displacement, "sim_displacement_mean6_cm": 0.1,
-                    "shake_withstood": 6});
+                let metrics = GraspMetrics {
+                    max_penetration_mm: Some(0.4),
+                    sim_engine: Some(engine.to_owned()),
+                    sim_displacement_cm: Some(displacement),
+                    sim_displacement_mean6_cm: Some(0.1),
+                    shake_withstood: Some(6),
+                    ..GraspMetrics::default()
+                };
                 grasp.add(engine, &metrics).unwrap();
             }
             grasps.push(grasp);
@@ -270,6 +270,6 @@ mod tests {
             text.contains("mug human good #1") && !text.contains("#0"),
             "{text}"
         );
-        assert!(grasps[0].add("mujoco", &json!({})).is_err());
+        assert!(grasps[0].add("mujoco", &GraspMetrics::default()).is_err());
     }
 }

@@ -1,16 +1,19 @@
 //! A run's results as JSON and as a page.
 
-use anyhow::{Context, Result, bail};
-use serde_json::{Map, Value, json};
+use std::collections::BTreeMap;
 
-use super::metrics::{COLUMNS, Grasp, ObjectResult};
+use anyhow::Result;
+use serde::{Deserialize, Serialize};
+
+use super::metrics::{COLUMNS, Column, ObjectResult};
 use super::summary::{Estimate, SELECTIONS, Selection, Verdict, common, difference, estimate};
 
-const SCHEMA: &str = "graspd.evaluation/1";
+pub(super) const SCHEMA: &str = "graspd.evaluation/1";
 
 /// A run: what was asked for, and what came of it.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Deserialize)]
 pub(super) struct Evaluation {
+    pub(super) schema: String,
     /// A name for tables.
     pub(super) title: String,
     /// The command that repeats it.
@@ -18,47 +21,43 @@ pub(super) struct Evaluation {
     pub(super) objects: Vec<ObjectResult>,
 }
 
-impl Evaluation {
-    /// Everything, for programs.
-    pub(super) fn json(&self) -> Value {
-        let objects: Vec<Value> = (self.objects.iter())
-            .map(|object| {
-                let mut value = means(std::slice::from_ref(object));
-                value["object"] = json!(object.name);
-                value["note"] = json!(object.note);
-                value["grasps"] = object.grasps.iter().map(Grasp::json).collect();
-                value
-            })
-            .collect();
-        json!({
-            "schema": SCHEMA,
-            "title": self.title,
-            "command": self.command,
-            "over_objects": means(&self.objects),
-            "objects": objects,
-        })
-    }
+/// Something of every column, for every selection of grasps.
+type Columns<T> = BTreeMap<&'static str, BTreeMap<&'static str, T>>;
 
-    /// From what [`Evaluation::json`] made.
-    pub(super) fn of(value: &Value) -> Result<Self> {
-        if value["schema"] != SCHEMA {
-            bail!("it is no {SCHEMA} file; give the evaluation.json of another run");
+/// The run as it is written: read back as an [`Evaluation`], which leaves the means out.
+#[derive(Serialize)]
+pub(super) struct EvaluationFile<'a> {
+    schema: &'a str,
+    title: &'a str,
+    command: &'a str,
+    over_objects: Columns<Estimate>,
+    objects: Vec<ObjectEntry<'a>>,
+}
+
+#[derive(Serialize)]
+struct ObjectEntry<'a> {
+    #[serde(flatten)]
+    result: &'a ObjectResult,
+    #[serde(flatten)]
+    means: Columns<Estimate>,
+}
+
+impl Evaluation {
+    /// Returns everything, for programs.
+    pub(super) fn json(&self) -> EvaluationFile<'_> {
+        let means = |objects: &[ObjectResult]| columns(|s, column| estimate(objects, s, column));
+        EvaluationFile {
+            schema: &self.schema,
+            title: &self.title,
+            command: &self.command,
+            over_objects: means(&self.objects),
+            objects: (self.objects.iter())
+                .map(|result| ObjectEntry {
+                    result,
+                    means: means(std::slice::from_ref(result)),
+                })
+                .collect(),
         }
-        let text = |value: &Value, key: &str| -> Result<String> {
-            let text = value[key].as_str().map(str::to_owned);
-            text.with_context(|| format!("it has no {key}"))
-        };
-        let object = |value: &Value| -> Result<ObjectResult> {
-            let grasps = value["grasps"].as_array().context("it has no grasps")?;
-            let grasps = grasps.iter().map(Grasp::of).collect::<Result<_>>()?;
-            ObjectResult::new(&text(value, "object")?, value["note"].as_str(), grasps)
-        };
-        let objects = value["objects"].as_array().context("it has no objects")?;
-        Ok(Self {
-            title: text(value, "title")?,
-            command: text(value, "command")?,
-            objects: objects.iter().map(object).collect::<Result<_>>()?,
-        })
     }
 
     /// The page.
@@ -66,11 +65,11 @@ impl Evaluation {
         let starts = self.objects.iter().map(|object| object.grasps.len()).max();
         let mut page = format!(
             "# {}\n\n```sh\n{}\n```\n\n\
-             {} starts on each of {} objects, judged on the true meshes. Top k: the grasps of least displacement of each object. \
-             Below means are 95 %\nbootstrap intervals: over objects, where all grasps count over objects and starts, and in the \
-             tables of single objects over starts.\nCA/IV is the ratio of the means. SD6: mean displacement over six directions of \
-             gravity; shake: share that withstands the shake test;\nholds: share with SD < 0.5 cm; seconds: wall-clock of a \
-             synthesis on one thread.\n",
+             {} starts on each of {} objects, judged on the true meshes. Top k: the grasps of least displacement of each \
+             object.\nBelow means are 95 % bootstrap intervals: over objects, where all grasps count over objects and \
+             starts, and in the\ntables of single objects over starts. CA/IV is the ratio of the means. SD6: mean \
+             displacement over six directions of\ngravity; shake: share that withstands the shake test; holds: share \
+             with SD < 0.5 cm; seconds: wall-clock of a synthesis\non one thread.\n",
             self.title,
             self.command,
             starts.unwrap_or(0),
@@ -120,9 +119,9 @@ impl Comparison {
         let grasps: usize = ours.objects.iter().map(|object| object.grasps.len()).sum();
         let mut page = format!(
             "# {} against {}\n\n```sh\n{}\n```\n\nagainst\n\n```sh\n{}\n```\n\n\
-             {grasps} starts on {} objects that both have. A difference counts as significant if its 95 % bootstrap interval, \
-             paired by object (and by start\nwhere all grasps count), does not contain 0. No allowance is made for looking at many \
-             columns: of twenty differences that do not exist, about\none is called significant.\n",
+             {grasps} starts on {} objects that both have. A difference is significant if its 95 % bootstrap interval, \
+             paired by\nobject (and by start where all grasps count), does not contain 0. There is no correction for \
+             multiple comparisons: of\ntwenty differences that do not exist, about one is called significant.\n",
             ours.title,
             theirs.title,
             ours.command,
@@ -153,57 +152,61 @@ impl Comparison {
         page
     }
 
-    /// The same, for programs.
-    pub(super) fn json(&self) -> Value {
-        let mut selections = Map::new();
-        for selection in SELECTIONS {
-            let mut columns = Map::new();
-            for column in &COLUMNS {
-                let gained =
-                    difference(&self.ours.objects, &self.theirs.objects, selection, column);
-                columns.insert(
-                    column.key.to_owned(),
-                    json!({
-                        "ours": estimate(&self.ours.objects, selection, column).value,
-                        "theirs": estimate(&self.theirs.objects, selection, column).value,
-                        "difference": gained.value,
-                        "interval_95": gained.interval,
-                        "verdict": Verdict::of(column, &gained).words(),
-                    }),
-                );
-            }
-            selections.insert(selection.key.to_owned(), Value::Object(columns));
+    /// Returns the same, for programs.
+    pub(super) fn json(&self) -> ComparisonFile<'_> {
+        let (ours, theirs) = (&self.ours.objects, &self.theirs.objects);
+        ComparisonFile {
+            schema: "graspd.comparison/1",
+            ours: &self.ours.command,
+            theirs: &self.theirs.command,
+            difference: columns(|selection, column| {
+                let gained = difference(ours, theirs, selection, column);
+                Difference {
+                    ours: estimate(ours, selection, column).value,
+                    theirs: estimate(theirs, selection, column).value,
+                    difference: gained.value,
+                    interval_95: gained.interval,
+                    verdict: Verdict::of(column, &gained),
+                }
+            }),
         }
-        json!({
-            "schema": "graspd.comparison/1",
-            "ours": self.ours.command,
-            "theirs": self.theirs.command,
-            "difference": selections,
-        })
     }
+}
+
+/// A comparison as it is written.
+#[derive(Serialize)]
+pub(super) struct ComparisonFile<'a> {
+    schema: &'static str,
+    ours: &'a str,
+    theirs: &'a str,
+    difference: Columns<Difference>,
+}
+
+#[derive(Serialize)]
+struct Difference {
+    ours: f64,
+    theirs: f64,
+    difference: f64,
+    interval_95: Option<[f64; 2]>,
+    verdict: Verdict,
+}
+
+fn columns<T>(of: impl Fn(Selection, &'static Column) -> T) -> Columns<T> {
+    let all = |selection| {
+        COLUMNS
+            .iter()
+            .map(|column| (column.key, of(selection, column)))
+            .collect()
+    };
+    (SELECTIONS.into_iter())
+        .map(|selection| (selection.key, all(selection)))
+        .collect()
 }
 
 fn estimates(objects: &[ObjectResult], selection: Selection) -> Vec<Estimate> {
     (COLUMNS.iter())
         .map(|column| estimate(objects, selection, column))
         .collect()
-}
-
-fn means(objects: &[ObjectResult]) -> Value {
-    let mut selections = Map::new();
-    for selection in SELECTIONS {
-        let columns: Map<String, Value> = (COLUMNS.iter())
-            .zip(estimates(objects, selection))
-            .map(|(column, Estimate { value, interval })| {
-                (
-                    column.key.to_owned(),
-                    json!({"mean": value, "interval_95": interval}),
-                )
-            })
-            .collect();
-        selections.insert(selection.key.to_owned(), Value::Object(columns));
-    }
-    Value::Object(selections)
 }
 
 fn words(selection: Selection) -> String {
@@ -254,6 +257,7 @@ mod tests {
 
     fn run(title: &str, areas: [f64; 3]) -> Evaluation {
         Evaluation {
+            schema: SCHEMA.into(),
             title: title.into(),
             command: format!("cargo xtask evaluate --preset {title}"),
             objects: vec![object("a", &areas), object("b", &areas)],
@@ -263,17 +267,15 @@ mod tests {
     #[test]
     fn runs_are_read_as_they_are_written() {
         let run = run("soft", [10.0, 20.0, 30.0]);
-        let value = run.json();
+        let value = serde_json::to_value(run.json()).unwrap();
         assert_eq!(
             value["over_objects"]["all"]["contact_area_cm2"]["mean"],
             20.0
         );
         assert_eq!(value["objects"][1]["top_2"]["ca_over_iv"]["mean"], 7.5);
         // Through the text, as from a file.
-        let value = serde_json::from_str(&value.to_string()).unwrap();
-        assert_eq!(Evaluation::of(&value).unwrap(), run);
-        let fault = Evaluation::of(&json!({})).unwrap_err().to_string();
-        assert!(fault.contains("evaluation.json"), "{fault}");
+        let read: Evaluation = serde_json::from_str(&value.to_string()).unwrap();
+        assert_eq!(read, run);
     }
 
     #[test]
@@ -296,7 +298,7 @@ mod tests {
         let page = comparison.page();
         let line = "| CA cm² | 16.0 | 15.0 | 1.00 | 1.00 to 1.00 | better |";
         assert!(page.contains(line), "{page}");
-        let value = comparison.json();
+        let value = serde_json::to_value(comparison.json()).unwrap();
         let all = &value["difference"]["all"];
         assert_eq!(all["contact_area_cm2"]["verdict"], "better");
         assert_eq!(all["epsilon"]["verdict"], "no significant difference");

@@ -1,9 +1,10 @@
 //! Means of every column over the best grasps and over all, with intervals; and the differences between two runs.
 
 use anyhow::{Result, bail};
+use serde::Serialize;
 
 use super::bootstrap::{interval_95, value_of};
-use super::metrics::{Column, Grasp, Kind, ObjectResult};
+use super::metrics::{Column, Grasp, ObjectResult};
 
 /// Which grasps of each object count.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -30,9 +31,11 @@ pub(super) const SELECTIONS: [Selection; 3] = [
 ];
 
 /// A mean and its 95 % interval.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub(super) struct Estimate {
+    #[serde(rename = "mean")]
     pub(super) value: f64,
+    #[serde(rename = "interval_95")]
     pub(super) interval: Option<[f64; 2]>,
 }
 
@@ -55,7 +58,7 @@ pub(super) fn estimate(
 ) -> Estimate {
     let groups: Vec<Vec<[f64; 2]>> = (objects.iter())
         .map(|object| {
-            let terms = terms(object, selection, column.kind);
+            let terms = terms(object, selection, column);
             settled(terms, selection, objects.len())
         })
         .collect();
@@ -75,7 +78,7 @@ pub(super) fn difference(
 ) -> Estimate {
     let groups: Vec<Vec<[f64; 4]>> = (ours.iter().zip(theirs))
         .map(|(a, b)| {
-            let of = |object| terms(object, selection, column.kind);
+            let of = |object| terms(object, selection, column);
             let pairs = of(a).into_iter().zip(of(b));
             let pairs = pairs.map(|([a, b], [c, d])| [a, b, c, d]).collect();
             settled(pairs, selection, ours.len())
@@ -87,8 +90,8 @@ pub(super) fn difference(
     }
 }
 
-fn terms(object: &ObjectResult, selection: Selection, kind: Kind) -> Vec<[f64; 2]> {
-    let terms = |grasps: &[Grasp]| grasps.iter().map(|grasp| grasp.terms(kind)).collect();
+fn terms(object: &ObjectResult, selection: Selection, column: &Column) -> Vec<[f64; 2]> {
+    let terms = |grasps: &[Grasp]| grasps.iter().map(|grasp| grasp.terms(column)).collect();
     match selection.best {
         Some(count) => terms(&object.best(count)),
         None => terms(&object.grasps),
@@ -114,13 +117,17 @@ fn settled<const TERMS: usize>(
 }
 
 /// What the difference of a column is worth.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub(super) enum Verdict {
+    #[serde(rename = "better")]
     Better,
+    #[serde(rename = "worse")]
     Worse,
     /// The interval of the difference contains 0.
+    #[serde(rename = "no significant difference")]
     NoDifference,
     /// There is no interval: too few grasps, or a ratio over 0.
+    #[serde(rename = "cannot be told")]
     Unknown,
 }
 
@@ -179,18 +186,9 @@ pub(super) fn common(
     Ok(both)
 }
 
-/// The column of that name.
-#[cfg(test)]
-pub(super) fn column(key: &str) -> &'static Column {
-    super::metrics::COLUMNS
-        .iter()
-        .find(|column| column.key == key)
-        .unwrap()
-}
-
 #[cfg(test)]
 pub(super) mod tests {
-    use super::super::metrics::tests::grasp;
+    use super::super::metrics::tests::{column, grasp};
     use super::*;
 
     /// Grasps of the areas given, the first of the least displacement.

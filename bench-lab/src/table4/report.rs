@@ -1,48 +1,27 @@
 //! The table, as text, JSON and a page.
 
-use anyhow::{Context, Result};
-use serde_json::{Value, json};
+use serde::{Deserialize, Serialize};
 
 /// CA \[cm^2\], IV \[cm^3\], CA/IV \[1/cm\] and SD \[cm\] of the paper's Table 4 (supplementary material, appendix D).
 const PAPER_TRUTH: [f64; 4] = [42.6, 2.83, 15.1, 0.41];
 const PAPER_RGBD: [f64; 4] = [25.46, 7.82, 3.26, 5.68];
 
-/// Means over the two grasps of least displacement.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+/// Means over the two grasps of least displacement, as `top_2` of a summary has them.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct Means {
-    pub(super) area_cm2: f64,
-    /// The number of voxels of the hand's surface inside the object, each as 1 mm^2.
-    pub(super) counted_area_cm2: f64,
-    pub(super) volume_cm3: f64,
-    pub(super) displacement_cm: f64,
+    #[serde(rename = "contact_area_cm2")]
+    area_cm2: f64,
+    /// The number of 1 mm voxels of the hand's surface inside the object, each as 1 mm^2.
+    #[serde(rename = "contact_area_voxel_count_cm2")]
+    counted_area_cm2: f64,
+    #[serde(rename = "interpenetration_volume_cm3")]
+    volume_cm3: f64,
+    #[serde(rename = "sim_displacement_cm")]
+    displacement_cm: f64,
 }
 
 impl Means {
-    /// From the `top_2` of a summary.
-    pub(super) fn of(value: &Value) -> Result<Self> {
-        let number = |key: &str| {
-            value[key]
-                .as_f64()
-                .with_context(|| format!("the summary has no {key}"))
-        };
-        Ok(Self {
-            area_cm2: number("contact_area_cm2")?,
-            counted_area_cm2: number("contact_area_voxel_count_cm2")?,
-            volume_cm3: number("interpenetration_volume_cm3")?,
-            displacement_cm: number("sim_displacement_cm")?,
-        })
-    }
-
-    fn to_json(self) -> Value {
-        json!({
-            "contact_area_cm2": self.area_cm2,
-            "contact_area_voxel_count_cm2": self.counted_area_cm2,
-            "interpenetration_volume_cm3": self.volume_cm3,
-            "sim_displacement_cm": self.displacement_cm,
-        })
-    }
-
-    /// Over objects.
+    /// Averages over objects.
     fn over(all: impl Iterator<Item = Self> + Clone) -> Self {
         let count = all.clone().count().max(1) as f64;
         let mean = |pick: fn(Self) -> f64| all.clone().map(pick).sum::<f64>() / count;
@@ -54,12 +33,12 @@ impl Means {
         }
     }
 
-    /// CA, IV, CA/IV, SD: the third is the ratio of means, as in the paper.
+    /// Returns CA, IV, CA/IV and SD; the third is the ratio of the means, as in the paper.
     fn columns(&self) -> [f64; 4] {
         self.columns_with(self.area_cm2)
     }
 
-    /// The same with contact area as the paper counts it.
+    /// Returns the same with contact area as the paper counts it.
     fn counted_columns(&self) -> [f64; 4] {
         self.columns_with(self.counted_area_cm2)
     }
@@ -71,7 +50,7 @@ impl Means {
 }
 
 /// One object's results.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct ObjectRow {
     pub(super) name: String,
     pub(super) note: Option<String>,
@@ -93,38 +72,12 @@ impl ObjectRow {
         )
     }
 
-    /// As it is kept between runs.
-    pub(super) fn to_json(&self) -> Value {
-        json!({
-            "name": self.name,
-            "note": self.note,
-            "is_rendered": self.is_rendered,
-            "views": self.views,
-            "truth": self.truth.to_json(),
-            "rgbd": self.rgbd.to_json(),
-            "seconds": self.seconds,
-        })
-    }
-
-    /// From what was kept.
-    pub(super) fn from_json(value: &Value) -> Result<Self> {
-        let lacks = |key: &str| format!("no {key} in the results kept");
-        Ok(Self {
-            name: (value["name"].as_str())
-                .with_context(|| lacks("name"))?
-                .to_owned(),
-            note: value["note"].as_str().map(str::to_owned),
-            is_rendered: (value["is_rendered"].as_bool()).with_context(|| lacks("is_rendered"))?,
-            views: value["views"].as_u64().with_context(|| lacks("views"))? as usize,
-            truth: Means::of(&value["truth"])?,
-            rgbd: Means::of(&value["rgbd"])?,
-            seconds: (value["seconds"].as_f64()).with_context(|| lacks("seconds"))?,
-        })
+    fn kind(&self) -> &'static str {
+        if self.is_rendered { "rendered" } else { "real" }
     }
 
     fn capture(&self) -> String {
-        let kind = if self.is_rendered { "rendered" } else { "real" };
-        format!("{kind}, {} views", self.views)
+        format!("{}, {} views", self.kind(), self.views)
     }
 }
 
@@ -170,42 +123,90 @@ pub(super) fn table(rows: &[ObjectRow]) -> String {
     text
 }
 
-/// Everything, for programs.
-pub(super) fn json(rows: &[ObjectRow], starts: usize) -> Value {
-    let columns = |columns: [f64; 4]| {
-        let [area, volume, ratio, displacement] = columns;
-        json!({"CA": area, "IV": volume, "CA/IV": ratio, "SD": displacement})
-    };
-    let objects: Vec<Value> = (rows.iter())
-        .map(|row| {
-            json!({
-                "object": row.name,
-                "note": row.note,
-                "capture": if row.is_rendered { "rendered" } else { "real" },
-                "views": row.views,
-                "seconds": row.seconds,
-                "GT-Mesh": columns(row.truth.columns()),
-                "RGB-D": columns(row.rgbd.columns()),
-            })
-        })
-        .collect();
-    let [
-        truth,
-        counted_truth,
-        paper_truth,
-        rgbd,
-        counted_rgbd,
-        paper_rgbd,
-    ] = compared(rows).map(|(_, row)| columns(row));
-    json!({
-        "schema": "graspd.table4/1",
-        "units": {"CA": "cm^2", "IV": "cm^3", "CA/IV": "1/cm", "SD": "cm"},
-        "starts": starts,
-        "ours": {"GT-Mesh": truth, "RGB-D": rgbd},
-        "ours_by_voxel_count": {"GT-Mesh": counted_truth, "RGB-D": counted_rgbd},
-        "paper": {"GT-Mesh": paper_truth, "RGB-D": paper_rgbd},
-        "objects": objects,
-    })
+/// The table for programs, `table4.json`.
+#[derive(Serialize)]
+pub(super) struct Table<'a> {
+    schema: &'static str,
+    units: Columns<&'static str>,
+    starts: usize,
+    ours: Pair,
+    ours_by_voxel_count: Pair,
+    paper: Pair,
+    objects: Vec<ObjectEntry<'a>>,
+}
+
+#[derive(Serialize)]
+struct Columns<T> {
+    #[serde(rename = "CA")]
+    area: T,
+    #[serde(rename = "IV")]
+    volume: T,
+    #[serde(rename = "CA/IV")]
+    ratio: T,
+    #[serde(rename = "SD")]
+    displacement: T,
+}
+
+impl<T> From<[T; 4]> for Columns<T> {
+    fn from([area, volume, ratio, displacement]: [T; 4]) -> Self {
+        Self {
+            area,
+            volume,
+            ratio,
+            displacement,
+        }
+    }
+}
+
+#[derive(Serialize)]
+struct Pair {
+    #[serde(rename = "GT-Mesh")]
+    truth: Columns<f64>,
+    #[serde(rename = "RGB-D")]
+    rgbd: Columns<f64>,
+}
+
+impl Pair {
+    fn new(truth: [f64; 4], rgbd: [f64; 4]) -> Self {
+        Self {
+            truth: truth.into(),
+            rgbd: rgbd.into(),
+        }
+    }
+}
+
+#[derive(Serialize)]
+struct ObjectEntry<'a> {
+    object: &'a str,
+    note: Option<&'a str>,
+    capture: &'static str,
+    views: usize,
+    seconds: f64,
+    #[serde(flatten)]
+    columns: Pair,
+}
+
+impl<'a> Table<'a> {
+    pub(super) fn new(rows: &'a [ObjectRow], starts: usize) -> Self {
+        let objects = rows.iter().map(|row| ObjectEntry {
+            object: &row.name,
+            note: row.note.as_deref(),
+            capture: row.kind(),
+            views: row.views,
+            seconds: row.seconds,
+            columns: Pair::new(row.truth.columns(), row.rgbd.columns()),
+        });
+        let [truth, counted_truth, _, rgbd, counted_rgbd, _] = compared(rows).map(|(_, row)| row);
+        Self {
+            schema: "graspd.table4/1",
+            units: ["cm^2", "cm^3", "1/cm", "cm"].into(),
+            starts,
+            ours: Pair::new(truth, rgbd),
+            ours_by_voxel_count: Pair::new(counted_truth, counted_rgbd),
+            paper: Pair::new(PAPER_TRUTH, PAPER_RGBD),
+            objects: objects.collect(),
+        }
+    }
 }
 
 /// The page, with a picture of the best grasp for each object and row.
@@ -214,13 +215,14 @@ pub(super) fn document(rows: &[ObjectRow], starts: usize, is_quick: bool) -> Str
     let command = if is_quick { " --quick" } else { "" };
     let mut text = format!(
         "# Grasps from depth images (the paper's Table 4)\n\n\
-         Written by `cargo xtask reproduce-table4{command}`: {starts} grasps each of {} objects with the human hand, optimised on \
-         the true mesh and on a\nmesh reconstructed from a capture ({rendered} rendered, {} real), both judged on the true mesh; \
-         means over the two of least simulation\ndisplacement (SD). CA: contact area, IV: interpenetration volume; \
-         CA/IV is the ratio of the means. The paper's contact area\nis, as \
-         we read its appendix A.6, the number of 1 mm voxels of the hand's surface inside the object, each counted as 1 mm²; this is given beside the true area. How captures are made and read: [rgbd.md](rgbd.md).\n\n\
-         The paper grasps with MANO, whose licence does not allow to ship it; the hand here is the built-in one. Its judge is another program: \
-         figures of the\ntwo can be compared in kind and not to the digit.\n\n\
+         Written by `cargo xtask reproduce-table4{command}`: {starts} grasps of each of {} objects with the built-in human \
+         hand,\noptimised on the true mesh and on a mesh reconstructed from a capture ({rendered} rendered, {} real), both \
+         judged on the\ntrue mesh. Means over the two grasps of least simulation displacement (SD). CA: contact area, IV: \
+         interpenetration\nvolume; CA/IV is the ratio of the means. How captures are made and read: \
+         [docs/rgbd.md](../docs/rgbd.md).\n\n\
+         The figures compare with the paper's in kind and not to the digit: it uses MANO and another judge. As we read \
+         its\nappendix A.6, its contact area is the number of 1 mm voxels of the hand's surface inside the object, each \
+         counted as\n1 mm²; the table gives this beside the true area.\n\n\
          | | CA [cm²] | IV [cm³] | CA/IV [1/cm] | SD [cm] |\n|---|---|---|---|---|\n",
         rows.len(),
         rows.len() - rendered,
@@ -228,7 +230,8 @@ pub(super) fn document(rows: &[ObjectRow], starts: usize, is_quick: bool) -> Str
     for (name, columns) in compared(rows) {
         text += &format!("| {name} | {} |\n", cells(&columns).join(" | "));
     }
-    text += "\n| object | capture | CA, true mesh | IV | SD | CA, RGB-D | IV | SD |\n|---|---|---|---|---|---|---|---|\n";
+    text += "\n| object | capture | CA, true mesh | IV | SD | CA, RGB-D | IV | SD |\n";
+    text += "|---|---|---|---|---|---|---|---|\n";
     for row in rows {
         let [area, volume, _, displacement] = cells(&row.truth.columns());
         let [area_2, volume_2, _, displacement_2] = cells(&row.rgbd.columns());
@@ -245,7 +248,8 @@ pub(super) fn document(rows: &[ObjectRow], starts: usize, is_quick: bool) -> Str
     text += "\nThe best grasp of each row, as optimised: on the true mesh, and on the reconstruction.\n";
     for row in rows {
         text += &format!(
-            "\n{0}\n\n![on the true mesh](pictures/table4-{0}-truth.png)\n![on the reconstruction](pictures/table4-{0}-rgbd.png)\n",
+            "\n{0}\n\n![on the true mesh](pictures/table4-{0}-truth.png)\n\
+             ![on the reconstruction](pictures/table4-{0}-rgbd.png)\n",
             row.name
         );
     }
@@ -280,7 +284,7 @@ mod tests {
     #[test]
     fn means_are_over_objects_and_the_ratio_is_that_of_means() {
         let rows = [row("a", 10.0), row("b", 30.0)];
-        let value = json(&rows, 10);
+        let value = serde_json::to_value(Table::new(&rows, 10)).unwrap();
         assert_eq!(value["ours"]["GT-Mesh"]["CA"], 20.0);
         assert_eq!(value["ours"]["GT-Mesh"]["CA/IV"], 10.0);
         assert_eq!(value["ours"]["RGB-D"]["SD"], 1.5);
@@ -303,8 +307,13 @@ mod tests {
 
     #[test]
     fn a_summary_without_metrics_is_an_error() {
-        let whole = json!({"contact_area_cm2": 1.0, "contact_area_voxel_count_cm2": 1.4, "interpenetration_volume_cm3": 2.0, "sim_displacement_cm": 3.0});
-        assert_eq!(Means::of(&whole).unwrap().displacement_cm, 3.0);
-        assert!(Means::of(&json!({"contact_area_cm2": null})).is_err());
+        let mut summary = serde_json::json!({
+            "grasps": 2, "epsilon": 0.5, "contact_area_cm2": 1.0, "contact_area_voxel_count_cm2": 1.4,
+            "interpenetration_volume_cm3": 2.0, "sim_displacement_cm": 3.0,
+        });
+        let means = |summary: &serde_json::Value| serde_json::from_value::<Means>(summary.clone());
+        assert_eq!(means(&summary).unwrap().displacement_cm, 3.0);
+        summary["contact_area_cm2"] = serde_json::Value::Null;
+        assert!(means(&summary).is_err());
     }
 }

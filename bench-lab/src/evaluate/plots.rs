@@ -40,11 +40,8 @@ const PAPER: [f64; 3] = [42.6, 2.83, 0.41];
 type Chart<'a, X, Y> = ChartContext<'a, SVGBackend<'a>, Cartesian2d<X, Y>>;
 
 /// Draws the runs' results into `folder`: `contact.svg`, `displacement.svg` and `time.svg`.
-pub(crate) fn plot(runs: &[&str], folder: &str) -> Result<()> {
-    let runs = (runs.iter())
-        .map(|run| read_evaluation(Path::new(run)))
-        .collect::<Result<Vec<_>>>()?;
-    let folder = Path::new(folder);
+pub(crate) fn plot(runs: &[PathBuf], folder: &Path) -> Result<()> {
+    let runs = (runs.iter().map(|run| read_evaluation(run))).collect::<Result<Vec<_>>>()?;
     fs::create_dir_all(folder).with_context(|| format!("cannot make {}", folder.display()))?;
     for (name, draw) in [
         (
@@ -77,12 +74,12 @@ fn drawn<T, E: std::fmt::Display>(result: Result<T, E>) -> Result<T> {
 
 /// CA against IV of every grasp; the best two of each object are filled.
 fn contact(canvas: &Canvas<'_>, runs: &[Evaluation]) -> Result<()> {
-    let kind = column("ca_over_iv")?.kind;
+    let column = column("ca_over_iv")?;
     let points = |run: &Evaluation, best: Option<usize>| -> Vec<(f64, f64)> {
         (run.objects.iter())
             .flat_map(|object| object.best(best.unwrap_or(usize::MAX)))
             .map(|grasp| {
-                let [area, volume] = grasp.terms(kind);
+                let [area, volume] = grasp.terms(column);
                 (volume, area)
             })
             .collect()
@@ -125,11 +122,11 @@ fn displacement(canvas: &Canvas<'_>, runs: &[Evaluation]) -> Result<()> {
         ],
         axes,
     )?;
-    let kind = column("sim_displacement_cm")?.kind;
+    let column = column("sim_displacement_cm")?;
     for (run, colour) in runs.iter().zip(COLOURS.iter().cycle()) {
         let mut values: Vec<f64> = (run.objects.iter())
             .flat_map(|object| &object.grasps)
-            .map(|grasp| grasp.terms(kind)[0])
+            .map(|grasp| grasp.terms(column)[0])
             .map(|value| value.clamp(LEAST_DISPLACEMENT, LARGEST_DISPLACEMENT))
             .collect();
         values.sort_by(f64::total_cmp);
@@ -238,26 +235,27 @@ where
 mod tests {
     use super::super::metrics::ObjectResult;
     use super::super::metrics::tests::grasp;
+    use super::super::report::SCHEMA;
     use super::*;
+    use crate::command::write_json;
 
     #[test]
     fn every_run_is_named_in_every_picture() {
-        let folder = std::env::temp_dir().join(format!("graspd-plots-{}", std::process::id()));
-        fs::create_dir_all(&folder).unwrap();
-        let mut files = Vec::new();
-        for (title, area) in [("one", 12.0), ("two", 20.0)] {
+        let folder = tempfile::tempdir().unwrap();
+        let folder = folder.path();
+        let runs = [("one", 12.0), ("two", 20.0)].map(|(title, area)| {
             let grasps = vec![grasp(0, area, 0.02), grasp(1, area / 2.0, 3.0)];
             let run = Evaluation {
+                schema: SCHEMA.into(),
                 title: title.into(),
                 command: String::new(),
                 objects: vec![ObjectResult::new("can", None, grasps).unwrap()],
             };
             let file = folder.join(format!("{title}.json"));
-            fs::write(&file, run.json().to_string()).unwrap();
-            files.push(file.to_str().unwrap().to_owned());
-        }
-        let runs: Vec<&str> = files.iter().map(String::as_str).collect();
-        plot(&runs, folder.to_str().unwrap()).unwrap();
+            write_json(&file, &run.json()).unwrap();
+            file
+        });
+        plot(&runs, folder).unwrap();
         for name in ["contact", "displacement", "time"] {
             let picture = fs::read_to_string(folder.join(format!("{name}.svg"))).unwrap();
             assert!(picture.starts_with("<svg") && picture.trim_end().ends_with("</svg>"));
@@ -265,6 +263,5 @@ mod tests {
                 assert!(picture.contains(run), "{name}");
             }
         }
-        fs::remove_dir_all(folder).unwrap();
     }
 }
