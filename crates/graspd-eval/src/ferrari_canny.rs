@@ -52,7 +52,7 @@ impl EpsilonSettings {
             wrenches_per_contact,
             search: DepthSearch {
                 relative_gap: 1e-6,
-                most_facets: 300_000,
+                max_facets: 300_000,
             },
         }
     }

@@ -133,7 +133,7 @@ pub fn convex_hull<const D: usize>(points: &[[f64; D]]) -> Result<ConvexHull<D>,
 /// As for [`convex_hull`].
 pub fn convex_hull_limited<const D: usize>(
     points: &[[f64; D]],
-    most_facets: usize,
+    max_facets: usize,
 ) -> Result<ConvexHull<D>, EvaluationError> {
     const { assert!(2 <= D && D <= 6, "hulls are for 2 to 6 dimensions") };
     let (mut frame, simplex) = match Frame::start(points)? {
@@ -144,10 +144,10 @@ pub fn convex_hull_limited<const D: usize>(
         Start::Full { frame, simplex } => (frame, simplex),
     };
     let run =
-        |frame: &mut Frame<D>| quickhull::quickhull(frame, &simplex, most_facets, Order::Found);
+        |frame: &mut Frame<D>| quickhull::quickhull(frame, &simplex, max_facets, Order::Found);
     let (polytope, is_whole) = certified(&mut frame, run, |(polytope, _)| polytope)?;
     if !is_whole {
-        return Err(EvaluationError::TooManyFacets { limit: most_facets });
+        return Err(EvaluationError::TooManyFacets { limit: max_facets });
     }
     Ok(in_input_coordinates(&frame, &polytope))
 }
@@ -169,14 +169,14 @@ pub struct DepthSearch {
     pub relative_gap: f64,
     /// Or where more facets than this would have to be kept, of those that may be the nearest (350 bytes each) or, where rounding
     /// asks for it, of the whole inner polytope (130 bytes each).
-    pub most_facets: usize,
+    pub max_facets: usize,
 }
 
 impl Default for DepthSearch {
     fn default() -> Self {
         Self {
             relative_gap: 1e-9,
-            most_facets: 500_000,
+            max_facets: 500_000,
         }
     }
 }
@@ -223,7 +223,7 @@ pub fn origin_depth<const D: usize>(
     }
     let build = |frame: &mut Frame<D>| {
         let body = PointSet::new(&frame.points);
-        let (gap, most) = (search.relative_gap, search.most_facets);
+        let (gap, most) = (search.relative_gap, search.max_facets);
         expansion::expand(frame, &body, &simplex, gap, most, Goal::Bounds)
     };
     let Expansion { bounds, .. } = certified(&mut frame, build, |found| &found.polytope)?;
@@ -256,7 +256,7 @@ pub fn origin_depth_of_sum<const D: usize>(
     let build = |frame: &mut Frame<D>| {
         // A second run begins where the first did.
         frame.points.truncate(first);
-        let (gap, most) = (search.relative_gap, search.most_facets);
+        let (gap, most) = (search.relative_gap, search.max_facets);
         expansion::expand(frame, &body, &simplex, gap, most, Goal::Bounds)
     };
     let Expansion { bounds, .. } = certified(&mut frame, build, |found| &found.polytope)?;
@@ -271,7 +271,7 @@ fn depth_by_frontier<const D: usize>(
     simplex: &[u32],
     search: &DepthSearch,
 ) -> Option<DepthBounds> {
-    let (gap, most) = (search.relative_gap, search.most_facets);
+    let (gap, most) = (search.relative_gap, search.max_facets);
     let begun = expansion::expand(frame, body, simplex, gap, most, Goal::OriginInside).ok()?;
     if !certificate::is_convex(frame, &begun.polytope, DEPTH_SLACK) {
         return None;

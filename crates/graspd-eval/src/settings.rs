@@ -2,7 +2,7 @@
 
 use std::str::FromStr;
 
-use graspd_settings::{Ranges, Validate, between, ranges};
+use graspd_settings::{ANY, Ranges, Validate, between, ranges};
 use serde::{Deserialize, Serialize};
 
 use crate::EvaluationError;
@@ -153,25 +153,44 @@ impl Default for EvaluationSettings {
     }
 }
 
+/// The supplementary material of the paper, Grasp'D (ECCV 2022), on its metrics.
+pub(crate) const PAPER_METRICS: &str = "Grasp'D A.6";
+const PAPER_SIMULATION: &str = "Grasp'D A.5";
+
+impl Validate for Metrics {
+    fn ranges(&self) -> Ranges {
+        ranges! { self =>
+            contact_area: ANY,
+            interpenetration_volume: ANY,
+            max_penetration: ANY,
+            self_penetration: ANY,
+            wrench_space: ANY,
+            displacement: ANY,
+            displacement_mean6: ANY,
+            shake: ANY,
+        }
+        .source(PAPER_METRICS)
+    }
+}
+
 impl Validate for EvaluationSettings {
     fn ranges(&self) -> Ranges {
         ranges! { self =>
             // Below a tenth of a millimetre the voxels of one hand fill the memory.
-            voxel_size: between(1e-4, 0.1).unit("m"),
-            contact_threshold: between(-0.01, 0.01).unit("m"),
+            voxel_size: between(1e-4, 0.1).unit("m").source(PAPER_METRICS),
+            contact_threshold: between(-0.01, 0.01).unit("m").source(PAPER_METRICS),
             contact_tolerance: between(0.0, 0.01).unit("m"),
-            friction: between(0.0, 10.0),
+            friction: between(0.0, 10.0).source(PAPER_SIMULATION),
             friction_edges: between(3.0, 64.0),
             torsional_friction: between(0.0, 1.0).unit("m"),
-            torque_scale: between(1e-4, 100.0).unit("m"),
+            torque_scale: between(1e-4, 100.0).unit("m").source(PAPER_METRICS),
         }
-        .with(
-            "volume.relative_half_width",
-            &self.volume.relative_half_width,
-            between(1e-4, 1.0),
-        )
+        .with("force_limit", &(), ANY.source(PAPER_METRICS))
+        .nested("metrics", &self.metrics)
+        .nested("volume", &self.volume)
         .nested("displacement", &self.displacement)
         .nested("shake", &self.shake)
+        .source("docs/judge.md")
     }
 }
 

@@ -1,21 +1,23 @@
-//! Ranges of settings: each struct of settings declares once what its fields may be, and is checked and described by
-//! that one declaration.
+//! Settings described once: each struct of settings declares its keys, what they may be, their units and where their
+//! defaults are from; they are checked and listed by that one declaration.
 //!
 //! ```
-//! use graspd_settings::{AT_LEAST_ONE, POSITIVE, Range, Ranges, Validate, between, ranges};
+//! use graspd_settings::{ANY, AT_LEAST_ONE, POSITIVE, Ranges, Validate, between, ranges};
 //!
 //! struct Contact {
 //!     stiffness: f64,
 //!     soft_stiffness: f64,
 //!     iterations: [usize; 2],
+//!     is_smooth: bool,
 //! }
 //!
 //! impl Validate for Contact {
 //!     fn ranges(&self) -> Ranges {
 //!         ranges! { self =>
-//!             stiffness: POSITIVE,
+//!             stiffness: POSITIVE.unit("N/m").source("the paper, A.5"),
 //!             soft_stiffness: POSITIVE.at_most_setting("stiffness", self.stiffness),
 //!             iterations: AT_LEAST_ONE,
+//!             is_smooth: ANY,
 //!         }
 //!     }
 //! }
@@ -27,11 +29,11 @@
 //!
 //! impl Validate for Run {
 //!     fn ranges(&self) -> Ranges {
-//!         ranges! { self => scale: between(0.1, 10.0).unit("m") }.nested("contact", &self.contact)
+//!         ranges! { self => scale: between(0.1, 10.0) }.nested("contact", &self.contact)
 //!     }
 //! }
 //!
-//! let contact = Contact { stiffness: 1e3, soft_stiffness: 1e4, iterations: [3, 5] };
+//! let contact = Contact { stiffness: 1e3, soft_stiffness: 1e4, iterations: [3, 5], is_smooth: true };
 //! let error = Run { scale: 1.0, contact }.validate().unwrap_err();
 //! assert_eq!(
 //!     error.to_string(),
@@ -43,7 +45,7 @@ mod numbers;
 mod range;
 
 pub use numbers::Numbers;
-pub use range::{AT_LEAST_ONE, FINITE, FRACTION, NOT_NEGATIVE, POSITIVE, Range, between};
+pub use range::{ANY, AT_LEAST_ONE, FINITE, FRACTION, NOT_NEGATIVE, POSITIVE, Range, between};
 
 /// A setting whose value its range does not contain.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -59,7 +61,7 @@ pub struct OutOfRange {
 
 /// Settings that declare the ranges of their fields.
 pub trait Validate {
-    /// Declares the range of each field; see [`ranges!`].
+    /// Declares each field's range; see [`ranges!`].
     fn ranges(&self) -> Ranges;
 
     /// Checks that each field lies in its range.
@@ -77,7 +79,7 @@ impl<T: Validate> Validate for Option<T> {
     }
 }
 
-/// The ranges of some settings, and the first setting outside its own.
+/// The ranges of some settings by key, in the order of declaration, and the first setting outside its own.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Ranges {
     list: Vec<(String, Range)>,
@@ -85,13 +87,19 @@ pub struct Ranges {
 }
 
 impl Ranges {
-    /// Adds a setting; of a list, each number has to lie in `allowed`.
+    /// Adds a setting; each of its numbers has to lie in `allowed`.
     #[must_use]
-    pub fn with(mut self, setting: &str, value: &impl Numbers, allowed: Range) -> Self {
+    pub fn with(mut self, key: &str, value: &impl Numbers, allowed: Range) -> Self {
+        self.list.push((key.to_owned(), allowed));
+        self.require(key, value, allowed)
+    }
+
+    /// Adds a condition on numbers that are no setting by themselves, such as the length of a vector.
+    #[must_use]
+    pub fn require(mut self, name: &str, value: &impl Numbers, allowed: Range) -> Self {
         if self.fault.is_none() {
-            self.fault = allowed.check(setting, value).err();
+            self.fault = allowed.check(name, value).err();
         }
-        self.list.push((setting.to_owned(), allowed));
         self
     }
 
@@ -100,30 +108,43 @@ impl Ranges {
     pub fn nested(mut self, section: &str, part: &impl Validate) -> Self {
         let Self { list, fault } = part.ranges();
         let key = |key: String| format!("{section}.{key}");
+        self.list
+            .extend(list.into_iter().map(|(name, range)| (key(name), range)));
         self.fault = self.fault.or(fault.map(|fault| OutOfRange {
             setting: key(fault.setting),
             ..fault
         }));
-        self.list
-            .extend(list.into_iter().map(|(name, range)| (key(name), range)));
+        self
+    }
+
+    /// Says where the defaults of those settings are from that do not say it themselves.
+    #[must_use]
+    pub fn source(mut self, source: &'static str) -> Self {
+        for (_, range) in &mut self.list {
+            if range.source.is_empty() {
+                range.source = source;
+            }
+        }
         self
     }
 
     /// Checks that each setting lies in its range, see [`Validate::validate`].
+    ///
+    /// # Errors
+    /// Names the first that does not.
     pub fn check(self) -> Result<(), OutOfRange> {
         self.fault.map_or(Ok(()), Err)
     }
 
-    /// The range of the setting with this key.
-    pub fn of(&self, setting: &str) -> Option<Range> {
-        let found = self.list.iter().find(|(key, _)| key == setting);
-        found.map(|(_, range)| *range)
+    /// The keys and their ranges, in the order of declaration.
+    pub fn into_list(self) -> Vec<(String, Range)> {
+        self.list
     }
 }
 
 /// Declares the ranges of fields: `ranges! { self => mass: POSITIVE, friction: between(0.0, 10.0) }` makes [`Ranges`].
 ///
-/// A field may be a number, a list of numbers, or an [`Option`] of either.
+/// A field may be a number, a list of numbers, an [`Option`] of either, or a switch or text, which have none.
 #[macro_export]
 macro_rules! ranges {
     ($settings:expr => $($field:ident: $range:expr),* $(,)?) => {

@@ -23,6 +23,17 @@ macro_rules! integers {
 }
 integers!(u16, u32, u64, usize);
 
+macro_rules! without_numbers {
+    ($($other:ty),*) => {$(
+        impl Numbers for $other {
+            fn find(&self, _: &dyn Fn(f64) -> bool) -> Option<f64> {
+                None
+            }
+        }
+    )*};
+}
+without_numbers!((), bool, String);
+
 impl<T: Numbers> Numbers for Option<T> {
     fn find(&self, is_wrong: &dyn Fn(f64) -> bool) -> Option<f64> {
         self.as_slice().find(is_wrong)

@@ -4,12 +4,15 @@ use std::fmt;
 
 use crate::{Numbers, OutOfRange};
 
-/// The finite numbers between two bounds.
+/// The finite numbers between two bounds, their unit, and where the usual one is from.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Range {
     low: Bound,
     high: Bound,
-    unit: &'static str,
+    /// The unit; empty for ratios, names and switches.
+    pub unit: &'static str,
+    /// Where the default is from, such as a section of a paper; empty where that is not said.
+    pub source: &'static str,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -23,6 +26,8 @@ struct Bound {
 
 /// Finite numbers.
 pub const FINITE: Range = between(f64::NEG_INFINITY, f64::INFINITY);
+/// For what is no number: switches and names.
+pub const ANY: Range = FINITE.more_than(f64::NEG_INFINITY);
 /// x > 0
 pub const POSITIVE: Range = FINITE.more_than(0.0);
 /// x >= 0
@@ -38,6 +43,7 @@ pub const fn between(low: f64, high: f64) -> Range {
         low: Bound::at(low),
         high: Bound::at(high),
         unit: "",
+        source: "",
     }
 }
 
@@ -111,9 +117,14 @@ impl Range {
         Self { high, ..self }
     }
 
-    /// The same numbers, told in a unit.
+    /// The same numbers, in a unit.
     pub const fn unit(self, unit: &'static str) -> Self {
         Self { unit, ..self }
+    }
+
+    /// The same numbers, the default from this source.
+    pub const fn source(self, source: &'static str) -> Self {
+        Self { source, ..self }
     }
 
     /// Whether a number is finite and lies between the bounds.
@@ -149,9 +160,10 @@ impl fmt::Display for Bound {
     }
 }
 
-impl fmt::Display for Range {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { low, high, unit } = self;
+impl Range {
+    /// The numbers in words, without their unit.
+    pub fn words(&self) -> String {
+        let Self { low, high, .. } = self;
         let least = if low.is_included {
             "at least"
         } else {
@@ -163,17 +175,24 @@ impl fmt::Display for Range {
             "less than"
         };
         match (low.value == f64::NEG_INFINITY, high.value == f64::INFINITY) {
-            (true, true) => f.write_str("a finite number")?,
-            (false, true) if *low == POSITIVE.low => f.write_str("a positive number")?,
-            (false, true) => write!(f, "{least} {low}")?,
-            (true, false) => write!(f, "{most} {high}")?,
-            (false, false) if low.is_included && high.is_included => write!(f, "{low} to {high}")?,
-            (false, false) => write!(f, "{least} {low} and {most} {high}")?,
+            (true, true) if *low == ANY.low => String::new(),
+            (true, true) => "a finite number".into(),
+            (false, true) if *low == POSITIVE.low => "a positive number".into(),
+            (false, true) => format!("{least} {low}"),
+            (true, false) => format!("{most} {high}"),
+            (false, false) if low.is_included && high.is_included => format!("{low} to {high}"),
+            (false, false) => format!("{least} {low} and {most} {high}"),
         }
-        if unit.is_empty() {
+    }
+}
+
+impl fmt::Display for Range {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.words())?;
+        if self.unit.is_empty() {
             return Ok(());
         }
-        write!(f, " {unit}")
+        write!(f, " ({})", self.unit)
     }
 }
 
@@ -224,7 +243,7 @@ mod tests {
             (FINITE, "a finite number"),
             (POSITIVE, "a positive number"),
             (NOT_NEGATIVE, "at least 0"),
-            (between(1e-4, 0.1).unit("m"), "0.0001 to 0.1 m"),
+            (between(1e-4, 0.1).unit("m"), "0.0001 to 0.1 (m)"),
             (FRACTION.less_than(1.0), "at least 0 and less than 1"),
             (FINITE.at_most_setting("a", 3.0), "at most `a`"),
             (FINITE.less_than(2.0), "less than 2"),

@@ -2,7 +2,6 @@
 
 use std::str::FromStr;
 
-use graspd_settings::{POSITIVE, Ranges, Validate};
 use serde::{Deserialize, Serialize};
 
 use crate::preset::SynthesisSettings;
@@ -21,11 +20,11 @@ pub enum ConstraintMethod {
     },
 }
 
-impl Validate for ConstraintMethod {
-    fn ranges(&self) -> Ranges {
+impl ConstraintMethod {
+    pub(crate) fn penalty_weight(&self) -> Option<f64> {
         match self {
-            Self::Mdmm => Ranges::default(),
-            Self::Penalty { weight } => Ranges::default().with("penalty.weight", weight, POSITIVE),
+            Self::Mdmm => None,
+            Self::Penalty { weight } => Some(*weight),
         }
     }
 }

@@ -28,6 +28,14 @@ pub enum GraspError {
     /// A setting outside its range.
     #[error(transparent)]
     Setting(#[from] OutOfRange),
+    /// A setting outside its range, in a file or flag.
+    #[error("{origin}: {fault}")]
+    SettingFrom {
+        /// The file or flag.
+        origin: String,
+        /// The setting.
+        fault: OutOfRange,
+    },
     /// A preset that does not exist.
     #[error("there is no preset `{name}`; known presets: {known}")]
     UnknownPreset {

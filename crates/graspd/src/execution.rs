@@ -41,6 +41,7 @@ impl Validate for ExecutionSettings {
             squeeze: between(0.0, 0.05).unit("m"),
             squeeze_force: between(0.0, 1000.0).unit("N"),
         }
+        .source("docs/hands.md")
     }
 }
 

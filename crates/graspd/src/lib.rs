@@ -89,8 +89,7 @@ pub use batch::{
     StartOutcome, grasp_files, run_batch,
 };
 pub use configuration::{
-    Configuration, ConfigurationEntry, ConfigurationLayers, Origin, Parameter,
-    ResolvedConfiguration, parameter,
+    Configuration, ConfigurationEntry, ConfigurationLayers, Origin, ResolvedConfiguration,
 };
 pub use conformity::{ConformitySettings, FittedHand, HandFitter, SkinCost, SkinSamples, fit_hand};
 pub use dexgraspnet::read_dexgraspnet;

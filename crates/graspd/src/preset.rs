@@ -3,7 +3,7 @@
 use graspd_geom::Vec3;
 use graspd_opt::{AdamSettings, AdamaxSettings, OptimizerKind, Schedule};
 use graspd_settings::{
-    AT_LEAST_ONE, FINITE, FRACTION, NOT_NEGATIVE, POSITIVE, Ranges, Validate, ranges,
+    ANY, AT_LEAST_ONE, FINITE, FRACTION, NOT_NEGATIVE, POSITIVE, Ranges, Validate, ranges,
 };
 use graspd_sim::{ContactParams, SimulationParams, Twist};
 use serde::{Deserialize, Serialize};
@@ -143,49 +143,65 @@ impl Default for SynthesisSettings {
     }
 }
 
+/// Sections of the paper, Grasp'D (ECCV 2022), and others, that the defaults are from.
+const PAPER: &str = "Grasp'D 3";
+const PAPER_START: &str = "Grasp'D A.2";
+const PAPER_SIMULATION: &str = "Grasp'D A.5";
+const PAPER_OPTIMIZER: &str = "Grasp'D A.7";
+const RELEASED: &str = "released code";
+const MEASURED: &str = "lab/tuning.md";
+
 impl Validate for SynthesisSettings {
     fn ranges(&self) -> Ranges {
         // Rates do not grow.
         let decay = FRACTION.more_than(0.0);
-        let stiffens = self.soft_stiffness < self.normal_stiffness;
-        let first_end = if stiffens {
+        // Without stiffening, its span may be empty.
+        let is_stiffening = self.soft_stiffness < self.normal_stiffness;
+        let start = if is_stiffening {
             self.stiffening_start as f64
         } else {
             -1.0
         };
         ranges! { self =>
-            force_rate: POSITIVE,
-            translation_rate: POSITIVE,
-            rotation_rate: POSITIVE,
-            articulation_rate: POSITIVE,
+            preset: ANY,
+            steps: AT_LEAST_ONE.unit("steps").source(PAPER_START),
+            smoothing_steps: NOT_NEGATIVE.unit("steps").source(PAPER_START),
+            smoothing_margin: NOT_NEGATIVE.unit("m").source(PAPER_START),
+            standoff: NOT_NEGATIVE.unit("m").source(PAPER_START),
+            force_rate: POSITIVE.unit("N or N m a step").source(PAPER_OPTIMIZER),
+            translation_rate: POSITIVE.unit("m a step").source(PAPER_OPTIMIZER),
+            rotation_rate: POSITIVE.unit("rad a step").source(PAPER_OPTIMIZER),
+            articulation_rate: POSITIVE.unit("rad or m a step").source(PAPER_OPTIMIZER),
+            pose_uses_adam: ANY.source(PAPER_OPTIMIZER),
+            warmup_steps: NOT_NEGATIVE.unit("steps").source(RELEASED),
+            decay_start: NOT_NEGATIVE.unit("steps"),
             decay_factor: decay,
             force_decay_factor: decay,
-            task_limit: POSITIVE,
-            joint_limit: POSITIVE,
-            density: POSITIVE,
-            length_scale: POSITIVE,
-            smoothing_margin: NOT_NEGATIVE,
-            standoff: NOT_NEGATIVE,
-            relaxation_weight: NOT_NEGATIVE,
-            range_weight: NOT_NEGATIVE,
-            intersection_weight: NOT_NEGATIVE,
-            damping: NOT_NEGATIVE,
-            steps: AT_LEAST_ONE,
-            normal_stiffness: POSITIVE,
-            soft_stiffness: POSITIVE.at_most_setting("normal_stiffness", self.normal_stiffness),
-            stiffening_end: FINITE.more_than_setting("stiffening_start", first_end),
-            friction_stiffness: POSITIVE,
-            friction_coefficient: NOT_NEGATIVE,
-            leak: FRACTION,
-            time_step: POSITIVE,
-            object_velocities: FINITE,
+            relaxation_weight: NOT_NEGATIVE.source(RELEASED),
+            range_weight: NOT_NEGATIVE.unit("N^2/rad^2"),
+            intersection_weight: NOT_NEGATIVE.unit("k_n^2"),
+            clamp_joints: ANY,
+            task_limit: POSITIVE.unit("m^2/s^2").source(PAPER_OPTIMIZER),
+            joint_limit: POSITIVE.unit("rad^2").source(PAPER_OPTIMIZER),
+            damping: NOT_NEGATIVE.source(PAPER_OPTIMIZER),
+            normal_stiffness: POSITIVE.unit("N/m").source(PAPER_SIMULATION),
+            soft_stiffness: POSITIVE.at_most_setting("normal_stiffness", self.normal_stiffness).unit("N/m"),
+            stiffening_start: NOT_NEGATIVE.unit("steps"),
+            stiffening_end: FINITE.more_than_setting("stiffening_start", start).unit("steps"),
+            friction_stiffness: POSITIVE.unit("N s/m^2").source(PAPER_SIMULATION),
+            friction_coefficient: NOT_NEGATIVE.source(PAPER_SIMULATION),
+            leak: FRACTION.source(PAPER_SIMULATION),
+            time_step: POSITIVE.unit("s").source(PAPER_SIMULATION),
+            object_velocities: FINITE.unit("m/s").source(PAPER),
+            density: POSITIVE.unit("kg/m^3").source(RELEASED),
+            length_scale: POSITIVE.source(RELEASED),
+            block_coordinate: ANY.source(RELEASED),
+            relaxation: ANY.source(PAPER),
         }
-        .with(
-            "object_velocities (their number)",
-            &self.object_velocities.len(),
-            AT_LEAST_ONE,
-        )
-        .nested("constraint_method", &self.constraint_method)
+        .with("constraint_method", &(), ANY.source(PAPER_OPTIMIZER))
+        .require("constraint_method.penalty.weight", &self.constraint_method.penalty_weight(), POSITIVE)
+        .require("object_velocities (their number)", &self.object_velocities.len(), AT_LEAST_ONE)
+        .source(MEASURED)
         .nested("conformity", &self.conformity)
         .nested("annealing", &self.annealing)
     }

@@ -8,13 +8,12 @@ use clap::{Args, Subcommand};
 use graspd::{ConfigurationEntry, ConfigurationLayers, Origin, PRESETS, ResolvedConfiguration};
 use toml::Value;
 
-use super::input::check_resolution;
 use crate::console::{print, print_json, warn};
 
 /// The file that is looked for where the command is run.
 const USUAL_FILE: &str = "graspd.toml";
 /// Letters of a cell that a column makes room for.
-const WIDEST_CELL: usize = 42;
+const MAX_CELL: usize = 42;
 
 /// Settings by file or by name.
 #[derive(Args)]
@@ -100,9 +99,6 @@ pub(crate) struct SettingFlags {
 impl SettingFlags {
     /// The values of file and flags.
     pub(crate) fn resolve(&self, quiet: bool) -> Result<ResolvedConfiguration> {
-        if let Some(resolution) = self.resolution {
-            check_resolution(resolution)?;
-        }
         let mut layers = self.choice.file_layer(quiet)?;
         let number = |count: usize| Value::Integer(i64::try_from(count).unwrap_or(i64::MAX));
         for (flag, key, value) in [
@@ -156,7 +152,7 @@ pub(crate) struct Arguments {
 
 #[derive(Subcommand)]
 enum ConfigCommand {
-    /// Print every setting: value, unit, where the value comes from, and the source of the number
+    /// Print every setting: value, unit, allowed values, where the value comes from, and the source of the number
     Show(ShowArguments),
 }
 
@@ -186,9 +182,10 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
                 serde_json::json!({
                     "key": entry.key,
                     "value": entry.value,
-                    "unit": entry.parameter.unit,
+                    "unit": entry.range.unit,
+                    "allowed": entry.range.words(),
                     "from": entry.origin.to_string(),
-                    "source": entry.parameter.source,
+                    "source": entry.range.source,
                     "paper": entry.paper,
                 })
             })
@@ -199,36 +196,37 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
 }
 
 fn table(entries: &[ConfigurationEntry]) -> String {
-    let mut rows = vec![["setting", "value", "unit", "from", "source"].map(String::from)];
+    let mut rows =
+        vec![["setting", "value", "unit", "allowed", "from", "source"].map(String::from)];
     rows.extend(entries.iter().map(row));
     // What is longer sticks out instead of spreading the column.
-    let widths = [0, 1, 2, 3].map(|column| {
+    let widths = [0, 1, 2, 3, 4].map(|column| {
         let cells = rows.iter().map(|row| row[column].chars().count());
-        let usual = cells.filter(|width| *width <= WIDEST_CELL);
-        usual.max().unwrap_or(0)
+        cells.filter(|width| *width <= MAX_CELL).max().unwrap_or(0)
     });
     let mut text = String::new();
-    for [key, value, unit, from, source] in &rows {
-        let [a, b, c, d] = widths;
-        text += format!("{key:a$}  {value:b$}  {unit:c$}  {from:d$}  {source}").trim_end();
+    for row in &rows {
+        let mut line = String::new();
+        for (cell, width) in row.iter().zip(widths.iter().chain(&[0])) {
+            line += &format!("{cell:width$}  ");
+        }
+        text += line.trim_end();
         text.push('\n');
     }
     text
 }
 
-fn row(entry: &ConfigurationEntry) -> [String; 5] {
-    let parameter = &entry.parameter;
-    let mut source = parameter.source.to_owned();
+fn row(entry: &ConfigurationEntry) -> [String; 6] {
+    let mut source = entry.range.source.to_owned();
     if let Some(paper) = &entry.paper {
         source += &format!(" (preset paper: {})", shown(paper));
     }
+    let value = entry.value.as_ref();
     [
         entry.key.clone(),
-        entry
-            .value
-            .as_ref()
-            .map_or_else(|| "(of the object)".into(), shown),
-        parameter.unit.to_owned(),
+        value.map_or_else(|| "(of the object)".into(), shown),
+        entry.range.unit.to_owned(),
+        entry.range.words(),
         entry.origin.to_string(),
         source,
     ]

@@ -124,7 +124,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     let volume_settings = VolumeSettings {
         relative_half_width: accuracy,
         // A hundred times the accuracy takes ten thousand times the directions.
-        most_directions: 1_000_000,
+        max_directions: 1_000_000,
         seed: arguments.seed,
         ..VolumeSettings::default()
     };

@@ -133,8 +133,8 @@ impl SimulationJob {
             }
             if wanted.shake {
                 let limits = FallLimits {
-                    displacement: settings.shake.most_displacement,
-                    rotation: settings.shake.most_rotation,
+                    displacement: settings.shake.max_displacement,
+                    rotation: settings.shake.max_rotation,
                 };
                 let protocol = settings.shake.under(direction);
                 job.add_fall(Purpose::Shake(index), &protocol, Some(limits));

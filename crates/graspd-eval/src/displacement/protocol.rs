@@ -1,8 +1,12 @@
 //! The simulation-displacement protocol: what is held constant, whatever the physics engine.
 
-use graspd_settings::{AT_LEAST_ONE, FRACTION, NOT_NEGATIVE, POSITIVE, Ranges, Validate, ranges};
+use graspd_settings::{
+    AT_LEAST_ONE, FINITE, FRACTION, NOT_NEGATIVE, POSITIVE, Ranges, Validate, ranges,
+};
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
+
+use crate::settings::PAPER_METRICS;
 
 /// The protocol's constants (defaults: those of the paper's supplement, section A.6, and of the GANHand release
 /// that it follows).
@@ -48,15 +52,18 @@ impl Validate for DisplacementSettings {
     fn ranges(&self) -> Ranges {
         let direction = Vector3::from(self.gravity_direction).norm();
         ranges! { self =>
-            mass: POSITIVE,
-            gravity: NOT_NEGATIVE,
-            time_step: POSITIVE,
-            solver_iterations: AT_LEAST_ONE,
-            friction: NOT_NEGATIVE,
+            mass: POSITIVE.unit("kg"),
+            gravity: NOT_NEGATIVE.unit("m/s^2"),
+            gravity_direction: FINITE.source("released code"),
+            time_step: POSITIVE.unit("s"),
+            steps: NOT_NEGATIVE.unit("steps"),
+            solver_iterations: AT_LEAST_ONE.unit("iterations"),
+            friction: NOT_NEGATIVE.source(PAPER_METRICS),
             hand_restitution: FRACTION,
             object_restitution: FRACTION,
         }
-        .with("gravity_direction (its length)", &direction, POSITIVE)
+        .require("gravity_direction (its length)", &direction, POSITIVE)
+        .source("GANHand, by A.6")
     }
 }
 

@@ -40,9 +40,11 @@ pub struct ShakeSettings {
     /// Solver iterations in each step.
     pub solver_iterations: usize,
     /// The object is lost once its centre of mass has moved farther than this \[m\] ...
-    pub most_displacement: f64,
+    #[serde(alias = "most_displacement")]
+    pub max_displacement: f64,
     /// ... or it has turned farther than this \[rad\].
-    pub most_rotation: f64,
+    #[serde(alias = "most_rotation")]
+    pub max_rotation: f64,
 }
 
 impl Default for ShakeSettings {
@@ -54,8 +56,8 @@ impl Default for ShakeSettings {
             duration: 2.0,
             time_step: 1.0 / 240.0,
             solver_iterations: 40,
-            most_displacement: 0.05,
-            most_rotation: std::f64::consts::PI / 6.0,
+            max_displacement: 0.05,
+            max_rotation: std::f64::consts::PI / 6.0,
         }
     }
 }
@@ -63,14 +65,14 @@ impl Default for ShakeSettings {
 impl Validate for ShakeSettings {
     fn ranges(&self) -> Ranges {
         ranges! { self =>
-            mass: POSITIVE,
+            mass: POSITIVE.unit("kg"),
             friction: NOT_NEGATIVE,
-            acceleration: NOT_NEGATIVE,
-            duration: POSITIVE,
-            time_step: POSITIVE,
-            solver_iterations: AT_LEAST_ONE,
-            most_displacement: POSITIVE,
-            most_rotation: POSITIVE,
+            acceleration: NOT_NEGATIVE.unit("m/s^2"),
+            duration: POSITIVE.unit("s"),
+            time_step: POSITIVE.unit("s"),
+            solver_iterations: AT_LEAST_ONE.unit("iterations"),
+            max_displacement: POSITIVE.unit("m"),
+            max_rotation: POSITIVE.unit("rad"),
         }
     }
 }
@@ -148,8 +150,8 @@ fn stays(scene: &Scene, settings: &ShakeSettings, direction: [f64; 3]) -> bool {
             return false;
         }
         let motion = fall.motion();
-        if motion.displacement_cm() > 100.0 * settings.most_displacement
-            || motion.rotation > settings.most_rotation
+        if motion.displacement_cm() > 100.0 * settings.max_displacement
+            || motion.rotation > settings.max_rotation
         {
             return false;
         }

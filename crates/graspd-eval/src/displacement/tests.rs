@@ -345,7 +345,7 @@ fn an_object_that_turns_or_slips_far_enough_is_lost() {
         .collect();
     assert_eq!(shaken(&cage, &settings), [true; 6]);
     let strict = ShakeSettings {
-        most_displacement: 0.01,
+        max_displacement: 0.01,
         ..settings
     };
     assert_eq!(shaken(&cage, &strict), [false; 6]);

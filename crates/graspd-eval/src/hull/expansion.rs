@@ -67,16 +67,16 @@ pub(super) enum Goal {
 /// The polytope lies within the body, so its nearest facet bounds the depth from below. A hyperplane beyond
 /// which no point lies holds the body on one side, so its distance bounds the depth from above. A negative
 /// upper bound ends the search: a hyperplane separates the origin from the body. So does a polytope of more than
-/// `most_facets`, with the bounds reached by then, and the goal of having the origin inside.
+/// `max_facets`, with the bounds reached by then, and the goal of having the origin inside.
 pub(super) fn expand<const D: usize>(
     frame: &mut Frame<D>,
     body: &impl Body<D>,
     simplex: &[u32],
     relative_gap: f64,
-    most_facets: usize,
+    max_facets: usize,
     goal: Goal,
 ) -> Result<Expansion<D>, Stop> {
-    let mut polytope = Polytope::simplex(frame, simplex, most_facets)?;
+    let mut polytope = Polytope::simplex(frame, simplex, max_facets)?;
     let mut is_vertex = vec![false; frame.points.len()];
     for &corner in simplex {
         is_vertex[corner as usize] = true;

@@ -41,7 +41,7 @@ const FREE: u32 = u32::MAX;
 pub(super) struct Polytope<const D: usize> {
     facets: Vec<Facet<D>>,
     free: Vec<u32>,
-    most_facets: usize,
+    max_facets: usize,
     insertion: u32,
     /// Facets that the last point was above. They keep their outside sets until the next insertion.
     pub(super) visible: Vec<u32>,
@@ -55,12 +55,12 @@ impl<const D: usize> Polytope<D> {
     pub(super) fn simplex(
         predicates: &impl Predicates<D>,
         corners: &[u32],
-        most_facets: usize,
+        max_facets: usize,
     ) -> Result<Self, Stop> {
         let mut polytope = Self {
             facets: Vec::with_capacity(1024),
             free: Vec::new(),
-            most_facets: most_facets.max(D + 1),
+            max_facets: max_facets.max(D + 1),
             insertion: 0,
             visible: Vec::new(),
             fresh: Vec::new(),
@@ -179,7 +179,7 @@ impl<const D: usize> Polytope<D> {
     /// The point takes the place of the vertex opposite the ridge. The new facet borders the hidden one as the
     /// visible one did, so this keeps the orientation.
     fn raise_cone(&mut self, predicates: &impl Predicates<D>, point: u32) -> Result<(), Stop> {
-        if self.count() + self.horizon.len() > self.most_facets {
+        if self.count() + self.horizon.len() > self.max_facets {
             return Err(Stop::TooManyFacets);
         }
         self.fresh.clear();

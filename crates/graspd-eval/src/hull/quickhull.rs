@@ -22,7 +22,7 @@ pub(super) enum Order {
     MostVolume,
 }
 
-/// Grows the simplex until no point is outside; `false` where that would take more than `most_facets`, or where the order gives
+/// Grows the simplex until no point is outside; `false` where that would take more than `max_facets`, or where the order gives
 /// up, with the polytope of the points taken in by then.
 ///
 /// A point that is outside belongs to one of the facets that it is above; a facet's points form a linked list
@@ -30,10 +30,10 @@ pub(super) enum Order {
 pub(super) fn quickhull<const D: usize>(
     frame: &Frame<D>,
     simplex: &[u32],
-    most_facets: usize,
+    max_facets: usize,
     order: Order,
 ) -> Result<(Polytope<D>, bool), Stop> {
-    let mut polytope = Polytope::simplex(frame, simplex, most_facets)?;
+    let mut polytope = Polytope::simplex(frame, simplex, max_facets)?;
     let mut outside = OutsideSets {
         next: vec![NONE; frame.points.len()],
         heights: vec![0.0; frame.points.len()],

@@ -32,7 +32,7 @@ fn exact_hull<const D: usize>(points: &[[f64; D]]) -> ConvexHull<D> {
 fn bounds<const D: usize>(points: &[[f64; D]], relative_gap: f64) -> Option<DepthBounds> {
     let search = DepthSearch {
         relative_gap,
-        most_facets: MOST_FACETS,
+        max_facets: MOST_FACETS,
     };
     match origin_depth(points, &search).expect("finite points") {
         OriginDepth::Between(bounds) => Some(bounds),
@@ -244,10 +244,10 @@ fn a_search_cut_short_still_brackets_the_depth() {
     let points: Vec<_> = (0..100).map(|_| point()).collect();
     let depth = bounds(&points, 0.0).expect("an interior").lower;
     let mut last = f64::INFINITY;
-    for most_facets in [100, 1000, 10_000] {
+    for max_facets in [100, 1000, 10_000] {
         let search = DepthSearch {
             relative_gap: 0.0,
-            most_facets,
+            max_facets,
         };
         let OriginDepth::Between(cut) = origin_depth(&points, &search).expect("finite points")
         else {
@@ -269,7 +269,7 @@ fn depth_both_ways<const D: usize>(points: &[[f64; D]]) -> Option<[DepthBounds; 
     let body = PointSet::new(&frame.points);
     let search = DepthSearch::default();
     let by_frontier = depth_by_frontier(&mut frame, &body, &simplex, &search)?;
-    let most = search.most_facets;
+    let most = search.max_facets;
     let whole = expansion::expand(&mut frame, &body, &simplex, 0.0, most, Goal::Bounds).ok()?;
     Some([by_frontier, whole.bounds])
 }
@@ -369,7 +369,7 @@ proptest! {
             }
             sums = next;
         }
-        let search = DepthSearch { relative_gap: 0.0, most_facets: MOST_FACETS };
+        let search = DepthSearch { relative_gap: 0.0, max_facets: MOST_FACETS };
         let listed = origin_depth(&sums, &search).unwrap();
         let implied = origin_depth_of_sum(&points, 2, &search).unwrap();
         match (listed, implied) {

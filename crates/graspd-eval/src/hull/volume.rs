@@ -1,5 +1,6 @@
 //! The volume of a hull: exact while its facets can be counted, estimated beyond.
 
+use graspd_settings::{ANY, NOT_NEGATIVE, Ranges, Validate, between, ranges};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
@@ -35,12 +36,14 @@ const MOST_EXCHANGES: usize = 2000;
 pub struct VolumeSettings {
     /// A hull of up to this many facets is constructed, and its volume is exact; one with 8000 facets and more than 500 points
     /// still outside is taken for one of more.
-    pub most_facets: usize,
+    #[serde(alias = "most_facets")]
+    pub max_facets: usize,
     /// Beyond, directions are sampled until the half width of the 95 % interval, relative to the volume, is below
     /// this ...
     pub relative_half_width: f64,
     /// ... or until there are this many.
-    pub most_directions: usize,
+    #[serde(alias = "most_directions")]
+    pub max_directions: usize,
     /// Seed of the directions.
     pub seed: u64,
 }
@@ -48,10 +51,21 @@ pub struct VolumeSettings {
 impl Default for VolumeSettings {
     fn default() -> Self {
         Self {
-            most_facets: 50_000,
+            max_facets: 50_000,
             relative_half_width: 0.02,
-            most_directions: 2048,
+            max_directions: 2048,
             seed: 0,
+        }
+    }
+}
+
+impl Validate for VolumeSettings {
+    fn ranges(&self) -> Ranges {
+        ranges! { self =>
+            max_facets: NOT_NEGATIVE,
+            relative_half_width: between(1e-4, 1.0),
+            max_directions: NOT_NEGATIVE,
+            seed: ANY,
         }
     }
 }
@@ -94,13 +108,13 @@ impl HullVolume {
 
 /// The volume of the hull of `points`.
 ///
-/// A hull of more than `most_facets` facets is abandoned at that size, or as soon as it shows that it will have more; what has
+/// A hull of more than `max_facets` facets is abandoned at that size, or as soon as it shows that it will have more; what has
 /// been built by then is a polytope P within it that fills most of it. With points x uniform in P and r the distance of a boundary from
 /// an interior point c in the direction of x, the whole volume is
 ///
 /// `vol(P) E[(r_hull(x) / r_P(x))^D]`,
 ///
-/// whose terms are all at least 1 and, unless `most_facets` is small, close to it. A ray leaves P through a known facet, and from that facet linear
+/// whose terms are all at least 1 and, unless `max_facets` is small, close to it. A ray leaves P through a known facet, and from that facet linear
 /// programming finds the one through which it leaves the hull. The same settings give the same estimate.
 ///
 /// # Errors
@@ -118,7 +132,7 @@ pub fn hull_volume<const D: usize>(
         frame.tolerance = coarsening * tolerance;
         let slack = (VOLUME_SLACK / coarsening).max(DEPTH_SLACK);
         if let Ok((polytope, is_whole)) =
-            quickhull(&frame, &simplex, settings.most_facets, Order::MostVolume)
+            quickhull(&frame, &simplex, settings.max_facets, Order::MostVolume)
             && is_convex(&frame, &polytope, slack)
         {
             let is_exact = is_whole && coarsening * tolerance < EXACT;
@@ -126,8 +140,8 @@ pub fn hull_volume<const D: usize>(
         }
     }
     frame.snap_to_grid();
-    let most_facets = settings.most_facets.min(MOST_EXACT_FACETS);
-    let (polytope, is_whole) = quickhull(&frame, &simplex, most_facets, Order::MostVolume)
+    let max_facets = settings.max_facets.min(MOST_EXACT_FACETS);
+    let (polytope, is_whole) = quickhull(&frame, &simplex, max_facets, Order::MostVolume)
         .map_err(|_| EvaluationError::Unresolved)?;
     Ok(volume_by(&frame, &polytope, is_whole, settings))
 }
@@ -180,7 +194,7 @@ impl<const D: usize> InnerPolytope<D> {
         let mut rays = Rays::new(&points);
         let mut random = ChaCha8Rng::seed_from_u64(settings.seed);
         let (mut count, mut mean, mut squares) = (0usize, 0.0, 0.0);
-        let most = settings.most_directions.max(2);
+        let most = settings.max_directions.max(2);
         let relative = loop {
             let facet = self.random_facet(&mut random);
             let weights = random_weights(&mut random);
@@ -329,11 +343,11 @@ mod tests {
         points
     }
 
-    fn sampled(most_facets: usize, relative_half_width: f64, seed: u64) -> VolumeSettings {
+    fn sampled(max_facets: usize, relative_half_width: f64, seed: u64) -> VolumeSettings {
         VolumeSettings {
-            most_facets,
+            max_facets,
             relative_half_width,
-            most_directions: 100_000,
+            max_directions: 100_000,
             seed,
         }
     }
@@ -380,7 +394,7 @@ mod tests {
         let points: Vec<[f64; 4]> = cloud(3000, 0.5);
         let hull = convex_hull(&points).unwrap();
         let settings = VolumeSettings::default();
-        assert!(hull.facets.len() < settings.most_facets);
+        assert!(hull.facets.len() < settings.max_facets);
         let volume = hull_volume(&points, &settings).unwrap();
         assert!(matches!(volume.method, VolumeMethod::Sampled { .. }));
         let error = (volume.value / hull.volume - 1.0).abs();

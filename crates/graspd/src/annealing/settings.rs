@@ -53,16 +53,17 @@ impl Validate for AnnealingSettings {
     fn ranges(&self) -> Ranges {
         ranges! { self =>
             amplitudes: between(1.0, 2.0),
-            virtual_contacts: AT_LEAST_ONE,
-            checked_points: AT_LEAST_ONE,
-            attempts: AT_LEAST_ONE,
-            alignment: NOT_NEGATIVE,
-            reach: NOT_NEGATIVE,
-            kept: AT_LEAST_ONE,
-            apart: NOT_NEGATIVE,
-            approach: NOT_NEGATIVE,
-            contact_depth: NOT_NEGATIVE,
+            virtual_contacts: AT_LEAST_ONE.unit("points"),
+            checked_points: AT_LEAST_ONE.unit("points"),
+            attempts: AT_LEAST_ONE.unit("neighbours"),
+            alignment: NOT_NEGATIVE.unit("m"),
+            reach: NOT_NEGATIVE.unit("m"),
+            kept: AT_LEAST_ONE.unit("states"),
+            apart: NOT_NEGATIVE.unit("m"),
+            approach: NOT_NEGATIVE.unit("m"),
+            contact_depth: NOT_NEGATIVE.unit("m"),
             friction: NOT_NEGATIVE,
         }
+        .source("lab/evaluation.md")
     }
 }

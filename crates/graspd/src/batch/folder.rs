@@ -5,13 +5,13 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use serde::Serialize;
-use toml::Table;
+use toml::Value;
 
 use super::journal::{Journal, StartFailure, StartOutcome};
 use super::lock::{ShardLock, gate};
 use super::plan::{BatchPlan, PlannedRun, Shard};
 use crate::GraspError;
-use crate::configuration::{leaf_at, table_leaves};
+use crate::configuration::{leaves, present_name};
 use crate::rank::rank_by_displacement;
 use crate::record::{GraspRecord, Seconds};
 use crate::record_file::{write_atomically, write_records};
@@ -95,16 +95,20 @@ impl BatchFolder {
         if recorded == asked {
             return Ok(());
         }
-        let table = |text: &str| text.parse::<Table>().unwrap_or_default();
-        let (recorded, asked) = (table(&recorded), table(&asked));
-        let keys = table_leaves(&recorded)
-            .into_iter()
-            .chain(table_leaves(&asked));
-        let differs = |key: &String| leaf_at(&recorded, key) != leaf_at(&asked, key);
-        let key = keys.map(|(key, _)| key).find(differs);
+        let values = |text: &str| -> BTreeMap<String, Value> {
+            let values = leaves(&text.parse().unwrap_or_default()).into_iter();
+            values
+                .map(|(key, value)| (present_name(key), value))
+                .collect()
+        };
+        let (recorded, asked) = (values(&recorded), values(&asked));
+        let differs = |key: &&String| recorded.get(*key) != asked.get(*key);
+        let Some(key) = recorded.keys().chain(asked.keys()).find(differs) else {
+            return Ok(());
+        };
         Err(GraspError::BatchDiffers {
             path,
-            key: key.unwrap_or_else(|| "(its text)".into()),
+            key: key.clone(),
         })
     }
 

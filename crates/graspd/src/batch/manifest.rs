@@ -87,10 +87,10 @@ impl BatchManifest {
             .into_iter()
             .filter(|key| !KEYS.contains(&key.as_str()))
         {
-            if !is_section(&key)? {
+            if !is_section(&key) {
                 return Err(GraspError::UnknownKey {
                     origin: path.display().to_string(),
-                    nearest: nearest_key(&key, &KEYS)?,
+                    nearest: nearest_key(&key, &KEYS),
                     key,
                 });
             }

@@ -3,21 +3,22 @@
 //! The tree is that of `run.toml`: the structs that the pipeline itself takes, under `settings`, `execution` and
 //! `evaluation`. There is no second list of the defaults: keys and values are those that serialising the structs gives.
 
-mod descriptions;
+mod keys;
 mod layers;
+mod resolved;
 #[cfg(test)]
 mod tests;
 mod tree;
 
 use graspd_eval::EvaluationSettings;
 use graspd_geom::SdfSampling;
-use graspd_settings::{AT_LEAST_ONE, Ranges, Validate, between};
+use graspd_settings::{ANY, AT_LEAST_ONE, Ranges, Validate, between, ranges};
 use serde::{Deserialize, Serialize};
 
-pub use descriptions::{Parameter, parameter};
-pub use layers::{ConfigurationEntry, ConfigurationLayers, Origin, ResolvedConfiguration};
-pub(crate) use layers::{is_section, nearest_key};
-pub(crate) use tree::{at as leaf_at, leaves as table_leaves};
+pub(crate) use keys::{is_section, nearest_key, present_name};
+pub use layers::{ConfigurationLayers, Origin};
+pub use resolved::{ConfigurationEntry, ResolvedConfiguration};
+pub(crate) use tree::leaves;
 
 use crate::execution::ExecutionSettings;
 use crate::object::{PAPER_PADDING, PAPER_RESOLUTION};
@@ -54,18 +55,17 @@ impl Default for Configuration {
 
 impl Validate for Configuration {
     fn ranges(&self) -> Ranges {
-        Ranges::default()
-            .with("grasps", &self.grasps, AT_LEAST_ONE)
+        const GRID: &str = "Grasp'D A.3";
+        ranges! { self =>
+            seed: ANY.source("of the run"),
+            grasps: AT_LEAST_ONE.source("Grasp'D A.6"),
             // Fewer make no cell, and more fill gigabytes.
-            .with("sdf_resolution", &self.sdf_resolution, between(2.0, 1024.0))
-            .with(
-                "sdf_padding_m",
-                &self.sdf_padding_m,
-                between(0.0, 1.0).unit("m"),
-            )
-            .nested("settings", &self.settings)
-            .nested("execution", &self.execution)
-            .nested("evaluation", &self.evaluation)
+            sdf_resolution: between(2.0, 1024.0).unit("samples a side").source(GRID),
+            sdf_padding_m: between(0.0, 1.0).unit("m").source(GRID),
+        }
+        .nested("settings", &self.settings)
+        .nested("execution", &self.execution)
+        .nested("evaluation", &self.evaluation)
     }
 }
 

@@ -1,6 +1,6 @@
 use toml::Table;
 
-use super::descriptions::names;
+use super::keys::known_keys;
 use super::*;
 
 fn layers(texts: &[&str]) -> ConfigurationLayers {
@@ -34,17 +34,23 @@ fn nothing_said_is_the_default() {
 #[test]
 fn every_key_has_a_source_and_every_source_a_key() {
     // All that there can be: no preset has both a fit and annealing.
-    let entries = (resolved(&["[settings]\nannealing = true"]).entries()).unwrap();
-    for entry in &entries {
-        assert_ne!(entry.parameter.source, "", "{} is not described", entry.key);
+    let mut all = resolved(&["[settings]\nannealing = true\n[evaluation]\ntorque_scale = 1.0"]);
+    all.configuration
+        .settings
+        .conformity
+        .get_or_insert_default();
+    let mut keys: Vec<String> = leaves(&Table::try_from(&all.configuration).unwrap())
+        .into_iter()
+        .map(|(key, _)| key)
+        .collect();
+    let mut declared = Vec::new();
+    for (key, range) in known_keys() {
+        assert_ne!(range.source, "", "{key} has no source");
+        declared.push(key);
     }
-    for name in names() {
-        let is_used = entries.iter().any(|entry| match name.strip_suffix('*') {
-            Some(start) => entry.key.starts_with(start),
-            None => entry.key == name,
-        });
-        assert!(is_used, "there is no {name}");
-    }
+    keys.sort();
+    declared.sort();
+    assert_eq!(keys, declared);
     // What stretches is what the library stretches.
     let (short, long) = (
         resolved(&["[settings]\nsteps = 70"]),
@@ -54,7 +60,8 @@ fn every_key_has_a_source_and_every_source_a_key() {
     for (a, b) in short.iter().zip(&long) {
         let is_steps = a.key == "settings.steps";
         let differs = a.value != b.value && !is_steps;
-        assert!(!differs || a.parameter.stretches, "{}", a.key);
+        let is_stretched = matches!(a.origin, Origin::StretchedPreset(_));
+        assert!(!differs || is_stretched, "{}", a.key);
     }
 }
 
@@ -212,6 +219,13 @@ fn values_of_flags_are_toml_or_text() {
     assert_eq!((settings.force_rate, settings.clamp_joints), (1e-3, true));
     assert_eq!(evaluation.force_limit, graspd_eval::ForceLimit::Each);
     assert_eq!(evaluation.displacement.gravity_direction, [0.0, 0.0, -1.0]);
+}
+
+#[test]
+fn keys_of_earlier_versions_are_read() {
+    let shake = resolved(&["[evaluation.shake]\nmost_displacement = 0.01\nmass = 0.2"]);
+    let shake = shake.configuration.evaluation.shake;
+    assert_eq!((shake.max_displacement, shake.mass), (0.01, 0.2));
 }
 
 #[test]

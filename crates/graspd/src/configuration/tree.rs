@@ -42,7 +42,7 @@ pub(super) fn put(table: &mut Table, path: &str, value: Value) {
 }
 
 /// The leaf or table at a path.
-pub(crate) fn at<'a>(table: &'a Table, path: &str) -> Option<&'a Value> {
+pub(super) fn at<'a>(table: &'a Table, path: &str) -> Option<&'a Value> {
     match path.split_once('.') {
         None => table.get(path),
         Some((first, rest)) => at(table.get(first)?.as_table()?, rest),

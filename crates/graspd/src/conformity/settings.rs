@@ -118,32 +118,38 @@ const MAX_SAMPLES: f64 = 1e6;
 
 impl Validate for ConformitySettings {
     fn ranges(&self) -> Ranges {
-        let samples = between(1.0, MAX_SAMPLES);
+        let samples = between(1.0, MAX_SAMPLES).unit("points");
+        let deeper = |setting, depth| FINITE.at_least_setting(setting, depth).unit("m");
         ranges! { self =>
-            candidates: AT_LEAST_ONE,
-            promising: AT_LEAST_ONE,
-            finalists: AT_LEAST_ONE,
+            candidates: AT_LEAST_ONE.unit("starts"),
+            promising: AT_LEAST_ONE.unit("starts"),
+            finalists: AT_LEAST_ONE.unit("starts"),
             imbalance_discount: FRACTION,
             closure_discount: FRACTION,
             firm_closure: POSITIVE,
             coarse_samples: samples,
             fine_samples: samples,
-            core_samples: samples,
+            core_samples: samples.unit("balls"),
             dense_samples: samples,
             densest_samples: samples,
-            reach: POSITIVE,
-            depth: NOT_NEGATIVE,
-            most_depth: FINITE.at_least_setting("depth", self.depth),
-            rigid_most_depth: FINITE.at_least_setting("depth", self.depth),
-            depth_scale: POSITIVE,
+            coarse_iterations: NOT_NEGATIVE.unit("iterations"),
+            fine_iterations: NOT_NEGATIVE.unit("iterations"),
+            projection_iterations: NOT_NEGATIVE.unit("iterations"),
+            retreat_iterations: NOT_NEGATIVE.unit("iterations"),
+            reach: POSITIVE.unit("m"),
+            depth: NOT_NEGATIVE.unit("m"),
+            most_depth: deeper("depth", self.depth),
+            rigid_most_depth: deeper("depth", self.depth),
+            depth_scale: POSITIVE.unit("m"),
             deep_weights: NOT_NEGATIVE,
-            deepest: FINITE.at_least_setting("most_depth", self.most_depth),
-            rigid_deepest: FINITE.at_least_setting("rigid_most_depth", self.rigid_most_depth),
+            deepest: deeper("most_depth", self.most_depth),
+            rigid_deepest: deeper("rigid_most_depth", self.rigid_most_depth),
             limit_weight: NOT_NEGATIVE,
             core_weights: NOT_NEGATIVE,
-            posture_weight: NOT_NEGATIVE,
-            intersection_weight: NOT_NEGATIVE,
+            posture_weight: NOT_NEGATIVE.unit("points"),
+            intersection_weight: NOT_NEGATIVE.unit("points/mm"),
         }
+        .source("lab/tuning.md")
     }
 }
 
