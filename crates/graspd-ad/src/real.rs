@@ -3,6 +3,7 @@
 use std::fmt::Debug;
 use std::ops::{BitAnd, BitOr, Not};
 
+use crate::{Kernel, Lanes, vectorize};
 use num_traits::{FromPrimitive, NumAssignOps, NumOps, One, Zero};
 
 /// The result of comparing two [`Real`]s: one truth value for each lane.
@@ -42,9 +43,23 @@ impl Mask for bool {
 pub trait Element:
     num_traits::Float + Real<Mask = bool, Element = Self> + Default + Send + Sync + 'static
 {
+    /// How many elements a kernel takes at a time at most.
+    const MAX_LANES: usize;
+    /// Runs a kernel over buffers of this element: `f32` as [`vectorize`] does, `f64` one element at a time.
+    fn vectorize<K: Kernel<Self>>(kernel: K) -> K::Output;
 }
-impl Element for f64 {}
-impl Element for f32 {}
+impl Element for f64 {
+    const MAX_LANES: usize = 1;
+    fn vectorize<K: Kernel<f64>>(kernel: K) -> K::Output {
+        kernel.run::<f64>()
+    }
+}
+impl Element for f32 {
+    const MAX_LANES: usize = Lanes::LANES;
+    fn vectorize<K: Kernel<f32>>(kernel: K) -> K::Output {
+        vectorize(kernel)
+    }
+}
 
 /// A real number, possibly several side by side (lanes), possibly carrying derivatives.
 ///

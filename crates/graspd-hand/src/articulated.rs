@@ -1,18 +1,14 @@
 //! A hand of rigid links: a kinematic tree with solids, contact points and spheres on its bodies.
 
-use std::ops::Range;
-
-use graspd_geom::{Rigid, SignedDistance, TriangleMesh, Vec3};
+use graspd_geom::{Rigid, Vec3};
 use graspd_settings::{Ranges, Validate, between, ranges};
-use nalgebra::Isometry3;
 
-use crate::contact_points::{self, SurfacePoint};
+use crate::articulated_kinematics::BodyLoads;
+use crate::body_points::{self, BodyPoints};
 use crate::mirroring::{Reflection, mirrored_name};
-use crate::part::Part;
-use crate::self_collision::{self, Sphere};
 use crate::{
-    CollisionSpheres, ContactPoints, Hand, HandError, HandPose, HandScratch, JacobianRows,
-    KinematicTree, Limit, PalmFrame, PointBuffer, PointForces, PosedHand,
+    CollisionSpheres, ContactPoints, Hand, HandError, HandPose, HandScratch, HandState,
+    JacobianRows, KinematicTree, Limit, PalmFrame, Part, PointBuffer, PointForces, PosedHand,
 };
 
 /// How finely a hand is covered with contact points and spheres.
@@ -69,15 +65,7 @@ pub struct HandDescription {
 #[derive(Clone, Debug)]
 pub struct ArticulatedHand {
     description: HandDescription,
-    contacts: ContactPoints,
-    /// Points of one body: whole blocks of [`POINT_PADDING`](crate::POINT_PADDING).
-    pub(crate) contact_ranges: Vec<(usize, Range<usize>)>,
-    pub(crate) local_points: PointBuffer<f64>,
-    local_normals: PointBuffer<f64>,
-    /// The body of each vertex of the surface.
-    pub(crate) vertex_bodies: Vec<u32>,
-    pub(crate) spheres: CollisionSpheres,
-    pub(crate) sphere_centers: Vec<Vec3<f64>>,
+    pub(crate) points: BodyPoints,
     /// See [`Hand::closing_overrides`].
     closing: Vec<Option<f64>>,
 }
@@ -93,58 +81,15 @@ impl ArticulatedHand {
     /// If `description.open` or a part's body does not fit the tree.
     pub fn new(description: HandDescription, options: &HandOptions) -> Result<Self, HandError> {
         options.validate()?;
-        let tree = &description.tree;
-        assert_eq!(description.open.len(), tree.articulation_names().len());
-        let mut poses = vec![Rigid::identity(); tree.body_count()];
-        tree.forward(&Rigid::identity(), &description.open, &mut poses);
-        let solids = description
-            .parts
-            .iter()
-            .map(|part| {
-                SignedDistance::new(&part.mesh).map_err(|error| HandError::OpenPart {
-                    body: tree.body_names()[part.body].clone(),
-                    error,
-                })
-            })
-            .collect::<Result<Vec<_>, _>>()?;
-        let points = contact_points::spread(&description.parts, &solids, &poses, options)?;
-        let spheres = self_collision::fit(&description, &solids, &points, &poses, options);
-        Ok(Self::assemble(description, points, spheres))
-    }
-
-    fn assemble(
-        description: HandDescription,
-        points: Vec<SurfacePoint>,
-        (spheres, pairs): (Vec<Sphere>, Vec<[u32; 2]>),
-    ) -> Self {
-        let padded = contact_points::padded_by_body(&points);
-        let len = padded.points.len();
-        let mut hand = Self {
-            contacts: ContactPoints {
-                weight: padded.weight,
-                body: padded.points.iter().map(|p| p.body as u32).collect(),
-                count: points.len(),
-            },
-            contact_ranges: padded.ranges,
-            local_points: PointBuffer::zeros(len),
-            local_normals: PointBuffer::zeros(len),
-            spheres: CollisionSpheres {
-                radius: spheres.iter().map(|s| s.radius).collect(),
-                body: spheres.iter().map(|s| s.body as u32).collect(),
-                pairs,
-            },
-            sphere_centers: spheres.iter().map(|s| s.center).collect(),
-            vertex_bodies: (description.parts.iter())
-                .flat_map(|part| std::iter::repeat_n(part.body as u32, part.mesh.vertices.len()))
-                .collect(),
+        let HandDescription {
+            tree, parts, open, ..
+        } = &description;
+        assert_eq!(open.len(), tree.articulation_names().len());
+        Ok(Self {
+            points: BodyPoints::new(parts, tree, open, options)?,
             closing: Vec::new(),
             description,
-        };
-        for (index, point) in padded.points.iter().enumerate() {
-            hand.local_points.set(index, point.position);
-            hand.local_normals.set(index, point.normal);
-        }
-        hand
+        })
     }
 
     /// The mirror image: kinematics, meshes, contact points, spheres and palm reflected at the plane of the palm's
@@ -156,34 +101,39 @@ impl ArticulatedHand {
             reflection.points(points, &mut mirrored);
             mirrored
         };
-        let local_points = reflected(&self.local_points);
-        let description = &self.description;
+        let (description, points) = (&self.description, &self.points);
         let mirrored_part = |part: &Part| Part {
             body: part.body,
             mesh: reflection.mesh(&part.mesh),
         };
+        let parts: Vec<Part> = description.parts.iter().map(mirrored_part).collect();
         Self {
+            points: BodyPoints {
+                positions: reflected(&points.positions),
+                normals: reflected(&points.normals),
+                sphere_centers: (points.sphere_centers.iter())
+                    .map(|center| reflection.vector(*center))
+                    .collect(),
+                faces: body_points::faces(&parts),
+                ..points.clone()
+            },
             description: HandDescription {
                 name: mirrored_name(&description.name),
                 tree: description.tree.mirrored(reflection),
-                parts: description.parts.iter().map(mirrored_part).collect(),
+                parts,
                 palm: reflection.palm(&description.palm),
                 ..description.clone()
             },
-            local_points,
-            local_normals: reflected(&self.local_normals),
-            sphere_centers: (self.sphere_centers.iter())
-                .map(|center| reflection.vector(*center))
-                .collect(),
-            ..self.clone()
+            closing: self.closing.clone(),
         }
     }
 
     /// Leaves out the pairs of spheres of two bodies, which then may overlap.
     pub(crate) fn allow_overlap(&mut self, a: usize, b: usize) {
-        let bodies = &self.spheres.body;
+        let spheres = &mut self.points.spheres;
+        let bodies = &spheres.body;
         let of = |sphere: u32| bodies[sphere as usize] as usize;
-        self.spheres.pairs.retain(|&[s, t]| {
+        spheres.pairs.retain(|&[s, t]| {
             let pair = [of(s), of(t)];
             pair != [a, b] && pair != [b, a]
         });
@@ -204,20 +154,21 @@ impl ArticulatedHand {
     }
     /// Position of each contact point in its body's frame \[m\], `[n]` with padding.
     pub fn local_contact_points(&self) -> &PointBuffer<f64> {
-        &self.local_points
+        &self.points.positions
     }
     /// Outward unit normal at each contact point in its body's frame, `[n]` with padding.
     pub fn local_contact_normals(&self) -> &PointBuffer<f64> {
-        &self.local_normals
+        &self.points.normals
     }
     /// Center of each collision sphere in its body's frame \[m\], `[s]`.
     pub fn local_sphere_centers(&self) -> &[Vec3<f64>] {
-        &self.sphere_centers
+        &self.points.sphere_centers
     }
     /// Pose of the link named `link` in the object frame; `None` if there is no such link.
     pub fn link_pose(&self, pose: &HandPose, link: &str) -> Option<Rigid<f64>> {
         let frame = self.tree().links().iter().find(|l| l.name == link)?;
-        Some(self.body_poses(pose)[frame.body].compose(&frame.placement))
+        let bodies = self.tree().poses(&pose.base(), &pose.articulation);
+        Some(bodies[frame.body].compose(&frame.placement))
     }
 }
 
@@ -241,46 +192,28 @@ impl Hand for ArticulatedHand {
         &self.description.palm
     }
     fn contact_points(&self) -> &ContactPoints {
-        &self.contacts
+        &self.points.contacts
     }
     fn collision_spheres(&self) -> &CollisionSpheres {
-        &self.spheres
+        &self.points.spheres
     }
-    fn surface(&self, pose: &HandPose) -> TriangleMesh {
-        let poses: Vec<Isometry3<f64>> = self
-            .body_poses(pose)
-            .into_iter()
-            .map(Isometry3::from)
-            .collect();
-        let mut surface = TriangleMesh::default();
-        for part in self.parts() {
-            surface.append(&part.mesh.transformed(&poses[part.body]));
-        }
-        surface
+    fn faces(&self) -> &[[u32; 3]] {
+        &self.points.faces
     }
-    fn place(&self, pose: &HandPose, posed: &mut PosedHand) {
-        self.place_points(pose, posed);
+    fn pose(&self, pose: &HandPose, posed: &mut PosedHand) {
+        self.place(pose, posed);
     }
     fn jacobian_rows(
         &self,
         pose: &HandPose,
         posed: &PosedHand,
-        pulls: &[PointForces],
+        forces: &[PointForces],
         rows: &mut JacobianRows,
     ) {
-        self.rows_of(pose, posed, pulls, rows);
+        self.rows_of(pose, posed, forces, rows);
     }
     fn rigid_parts(&self) -> Vec<Part> {
         self.parts().to_vec()
-    }
-    fn body_poses(&self, pose: &HandPose) -> Vec<Rigid<f64>> {
-        let mut poses = vec![Rigid::identity(); self.tree().body_count()];
-        let base = Rigid {
-            rotation: pose.rotation.to_matrix(),
-            translation: pose.translation,
-        };
-        self.tree().forward(&base, &pose.articulation, &mut poses);
-        poses
     }
     fn notes(&self) -> &[String] {
         &self.description.notes
@@ -292,13 +225,9 @@ impl Hand for ArticulatedHand {
         &self.closing
     }
     fn new_scratch(&self) -> HandScratch {
-        let bodies = self.tree().body_count();
         HandScratch {
-            body_poses: vec![Rigid::identity(); bodies],
-            forces: vec![Vec3::zero(); bodies],
-            torques: vec![Vec3::zero(); bodies],
-            contact_remainder: PointBuffer::zeros(self.local_points.len()),
-            ..HandScratch::default()
+            contact_remainder: PointBuffer::zeros(self.points.positions.len()),
+            state: HandState::new(BodyLoads::new(self.tree().body_count())),
         }
     }
 }

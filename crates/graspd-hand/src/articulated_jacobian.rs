@@ -1,47 +1,50 @@
-//! Points that follow a hand of rigid links: each is moved by the joints between its body and the base.
+//! The pose of a hand of rigid links, and rows of its Jacobian: a point is moved by the joints between its body and the
+//! base.
 
 use graspd_geom::{Rigid, Vec3};
 use nalgebra::Point3;
 
+use crate::body_points::BodyPoints;
 use crate::{ArticulatedHand, HandPoint, HandPose, JacobianRows, PointForces, PosedHand};
 
 impl ArticulatedHand {
-    pub(crate) fn place_points(&self, pose: &HandPose, posed: &mut PosedHand) {
-        let base = Rigid {
-            rotation: pose.rotation.to_matrix(),
-            translation: pose.translation,
-        };
+    pub(crate) fn place(&self, pose: &HandPose, posed: &mut PosedHand) {
+        let BodyPoints {
+            spheres,
+            sphere_centers,
+            ..
+        } = &self.points;
         (posed.bodies).resize(self.tree().body_count(), Rigid::identity());
         self.tree()
-            .forward(&base, &pose.articulation, &mut posed.bodies);
+            .forward(&pose.base(), &pose.articulation, &mut posed.bodies);
         posed.vertices.clear();
         for part in self.parts() {
             let body = &posed.bodies[part.body];
             let placed = |&local: &Point3<f64>| Point3::from(body.apply(local.into()));
             posed.vertices.extend(part.mesh.vertices.iter().map(placed));
         }
-        let spheres = self.sphere_centers.iter().zip(&self.spheres.body);
         posed.spheres.clear();
-        (posed.spheres).extend(
-            spheres.map(|(&center, &body)| Point3::from(posed.bodies[body as usize].apply(center))),
-        );
+        let placed = |(&center, &body): (&Vec3<f64>, &u32)| {
+            Point3::from(posed.bodies[body as usize].apply(center))
+        };
+        (posed.spheres).extend(sphere_centers.iter().zip(&spheres.body).map(placed));
     }
 
     pub(crate) fn rows_of(
         &self,
         pose: &HandPose,
         posed: &PosedHand,
-        pulls: &[PointForces],
+        forces: &[PointForces],
         rows: &mut JacobianRows,
     ) {
         let screws = self.tree().screws(&posed.bodies);
         rows.clear();
-        for pull in pulls {
-            // Points of one body pull it together.
-            let loads = pull.points.map(|(point, force)| {
+        for forces in forces {
+            // The forces on points of one body add up.
+            let loads = forces.points.map(|(point, force)| {
                 let body = match point {
-                    HandPoint::Vertex(vertex) => self.vertex_bodies[vertex as usize],
-                    HandPoint::Sphere(sphere) => self.spheres.body[sphere as usize],
+                    HandPoint::Vertex(vertex) => self.points.vertex_bodies[vertex as usize],
+                    HandPoint::Sphere(sphere) => self.points.spheres.body[sphere as usize],
                 };
                 Load {
                     body: body as usize,
@@ -57,7 +60,7 @@ impl ArticulatedHand {
                     body = screw.parent;
                 }
             }
-            rows.end(pull, posed, pose.translation);
+            rows.end(forces, posed, pose.translation);
         }
     }
 }

@@ -4,9 +4,10 @@ use graspd_geom::{Rigid, Vec3};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
+use crate::Limit;
+use crate::body_points::BodyMotion;
 use crate::contact_points::SurfacePoint;
 use crate::self_collision::Sphere;
-use crate::{KinematicTree, Limit};
 
 /// Articulations tried for pairs of spheres.
 const SAMPLES: usize = 1000;
@@ -19,7 +20,7 @@ const MAX_CLEARANCE: f64 = 0.01;
 
 /// The bodies' poses in many articulations, the open hand first.
 pub(crate) struct SampledPoses<'a> {
-    tree: &'a KinematicTree,
+    motion: &'a dyn BodyMotion,
     /// The bodies' poses for each articulation.
     poses: Vec<Vec<Rigid<f64>>>,
 }
@@ -27,7 +28,7 @@ pub(crate) struct SampledPoses<'a> {
 impl<'a> SampledPoses<'a> {
     /// Tries articulations, half of them drawn evenly within the limits and half of them at the limits, where bodies
     /// reach farthest.
-    pub(crate) fn new(tree: &'a KinematicTree, open_poses: &[Rigid<f64>], seed: u64) -> Self {
+    pub(crate) fn new(motion: &'a dyn BodyMotion, open_poses: &[Rigid<f64>], seed: u64) -> Self {
         let mut random = ChaCha8Rng::seed_from_u64(seed);
         let mut poses = vec![open_poses.to_vec()];
         for sample in 0..SAMPLES {
@@ -39,17 +40,15 @@ impl<'a> SampledPoses<'a> {
                     nearest_bound(limit, value)
                 }
             };
-            let articulation: Vec<f64> = tree.limits().iter().map(&mut draw).collect();
-            let mut posed = open_poses.to_vec();
-            tree.forward(&Rigid::identity(), &articulation, &mut posed);
-            poses.push(posed);
+            let articulation: Vec<f64> = motion.limits().iter().map(&mut draw).collect();
+            poses.push(motion.body_poses(&articulation));
         }
-        Self { tree, poses }
+        Self { motion, poses }
     }
 
     /// Whether two bodies move against each other other than about a joint between them.
     fn can_collide(&self, a: usize, b: usize) -> bool {
-        a != b && self.tree.parent(a) != Some(b) && self.tree.parent(b) != Some(a)
+        a != b && self.motion.parent(a) != Some(b) && self.motion.parent(b) != Some(a)
     }
 
     /// The points that spheres of other bodies, parents and children excepted, come near to.
@@ -83,7 +82,7 @@ impl<'a> SampledPoses<'a> {
     /// two bodies that overlap, as their inscribed spheres tell, in the open hand or nearly always.
     pub(crate) fn pairs_that_may_meet(&self, spheres: &[Sphere]) -> Vec<[u32; 2]> {
         let mut pairs = self.candidate_pairs(spheres);
-        let mut overlaps = BodyPairs::new(self.tree.body_count());
+        let mut overlaps = BodyPairs::new(self.motion.body_names().len());
         overlaps.visit(spheres, &self.poses[0], &mut pairs);
         pairs.retain(|pair| overlaps.count(pair.bodies) == 0);
         for poses in &self.poses[1..] {

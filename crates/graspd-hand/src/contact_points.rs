@@ -5,9 +5,8 @@ use std::ops::Range;
 use graspd_geom::{Rigid, SignedDistance, Vec3, sample_evenly};
 use nalgebra::{Isometry3, Point3, Vector3};
 
-use crate::part::Part;
 use crate::sharp_edges::{SharpEdge, points_along, sharp_edges};
-use crate::{HandError, HandOptions, POINT_PADDING};
+use crate::{HandError, HandOptions, POINT_PADDING, Part};
 
 /// A surface point is buried if the point this far above it is inside another part \[m\]: nothing fits in between.
 const CLEARANCE: f64 = 5e-4;

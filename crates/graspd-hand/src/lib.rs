@@ -36,12 +36,12 @@ mod articulated;
 mod articulated_jacobian;
 mod articulated_kinematics;
 mod barrett;
+mod body_points;
 mod builtin;
 mod closing_direction;
 
 mod collision_pairs;
 mod contact_points;
-mod double_single;
 mod error;
 mod hand;
 mod human;
@@ -52,8 +52,9 @@ mod limits;
 mod mano;
 mod mirroring;
 mod palm;
-mod part;
+mod points;
 mod primitive_hand;
+mod scratch;
 mod self_collision;
 mod sharp_edges;
 mod swept_solids;
@@ -70,23 +71,20 @@ pub use builtin::{
 pub use closing_direction::{closed_articulation, closing_directions};
 pub use error::HandError;
 pub use hand::{
-    CollisionSpheres, ContactPoints, Hand, HandPose, HandScratch, Kinematics, Limit, POINT_PADDING,
-    PalmFrame, PointBuffer, PoseGradient,
+    CollisionSpheres, ContactPoints, Hand, HandPose, Kinematics, PalmFrame, Part, PoseGradient,
 };
 pub use human::{HUMAN_SHAPE_NAMES, HumanPoseSpace, human, human_model};
-pub use jacobian_rows::{
-    HandPoint, JacobianRow, JacobianRows, PointForces, PosedHand, jacobian_rows_by_differences,
-    pose_by_forward,
-};
+pub use jacobian_rows::{HandPoint, JacobianRow, JacobianRows, PointForces};
 pub use joint::{Joint, JointKind, Mimic};
 pub use leap::leap;
-pub use limits::{clamp_to_limits, middle_of_limits};
+pub use limits::{Limit, clamp_to_limits, middle_of_limits};
 pub use mano::{
     JointPlacement, NumpyValue, POSE_FEATURES, POSE_VALUES, SKINNED_JOINT_NAMES,
     SKINNED_JOINT_PARENTS, SKINNED_JOINTS, SkinnedHand, SkinnedHandOptions, SkinnedModel,
     load_skinned_hand, load_skinned_model, parse_skinned_model, read_npy,
 };
 pub use mirroring::MirroredHand;
-pub use part::Part;
+pub use points::{POINT_PADDING, PointBuffer};
+pub use scratch::{HandScratch, HandState, PosedHand};
 pub use tree::{KinematicTree, LinkFrame};
 pub use urdf::{UrdfOptions, load_urdf, parse_urdf};

@@ -2,7 +2,14 @@
 
 use rand::Rng;
 
-use crate::Limit;
+/// Lowest and highest value of one articulation parameter \[rad or m\].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Limit {
+    /// Lowest allowed value; may be -infinity.
+    pub lower: f64,
+    /// Highest allowed value; may be infinity.
+    pub upper: f64,
+}
 
 impl Limit {
     /// No limit at all, as a continuous joint has.

@@ -4,10 +4,10 @@ use graspd_ad::Element;
 use graspd_geom::{Mat3, Quaternion, Rigid, TriangleMesh, Vec3};
 use nalgebra::{DMatrix, Point3, Vector3};
 
-use crate::double_single::set_double_single;
+use crate::scratch::choose_mut;
 use crate::{
-    CollisionSpheres, ContactPoints, Hand, HandPose, HandScratch, JacobianRows, Kinematics, Limit,
-    PalmFrame, Part, PointBuffer, PointForces, PoseGradient, PosedHand,
+    CollisionSpheres, ContactPoints, Hand, HandPose, HandScratch, HandState, JacobianRows,
+    Kinematics, Limit, PalmFrame, Part, PointBuffer, PointForces, PoseGradient, PosedHand,
 };
 
 /// A reflection at a plane through the origin: S = I - 2 n n^T.
@@ -82,10 +82,6 @@ impl Reflection {
         }
     }
 
-    fn pose(self, pose: &HandPose) -> HandPose {
-        self.pose_in(pose, Vec::new())
-    }
-
     /// The pose on the other side, its articulation in the vector given.
     fn pose_in(self, pose: &HandPose, mut articulation: Vec<f64>) -> HandPose {
         articulation.clear();
@@ -123,6 +119,7 @@ pub struct MirroredHand {
     reflection: Reflection,
     name: String,
     palm: PalmFrame,
+    faces: Vec<[u32; 3]>,
 }
 
 impl MirroredHand {
@@ -133,25 +130,34 @@ impl MirroredHand {
             reflection,
             name: mirrored_name(original.name()),
             palm: reflection.palm(original.palm()),
+            faces: (original.faces().iter())
+                .map(|&[a, b, c]| [a, c, b])
+                .collect(),
             original,
         }
     }
 }
 
-/// Copies of a mirrored hand's inputs on the original's side, kept in [`HandScratch`].
-#[derive(Clone, Debug, Default)]
-pub(crate) struct Reflected<E> {
+/// Working memory of a mirrored hand: that of the original, and copies of the inputs on the original's side.
+#[derive(Debug, Default)]
+struct MirroredScratch {
+    original: HandScratch,
     articulation: Vec<f64>,
+    single: Copies<f32>,
+    double: Copies<f64>,
+}
+
+#[derive(Debug, Default)]
+struct Copies<E> {
     contacts: PointBuffer<E>,
     contact_gradient: PointBuffer<E>,
     spheres: PointBuffer<E>,
     sphere_gradient: PointBuffer<E>,
 }
 
-impl<E: Element> Reflected<E> {
+impl<E: Element> Copies<E> {
     fn zeros(contacts: usize, spheres: usize) -> Self {
         Self {
-            articulation: Vec::new(),
             contacts: PointBuffer::zeros(contacts),
             contact_gradient: PointBuffer::zeros(contacts),
             spheres: PointBuffer::zeros(spheres),
@@ -160,49 +166,7 @@ impl<E: Element> Reflected<E> {
     }
 }
 
-/// The precisions that a mirrored hand comes in: where its copies are kept.
-trait Precision: Element {
-    fn reflected(scratch: &mut HandScratch) -> &mut Reflected<Self>;
-    /// The contact points of the original, and what rounding left of them in `scratch`, to the other side.
-    fn contacts(
-        reflection: Reflection,
-        scratch: &mut HandScratch,
-        from: &PointBuffer<Self>,
-        to: &mut PointBuffer<Self>,
-    );
-}
-impl Precision for f32 {
-    fn reflected(scratch: &mut HandScratch) -> &mut Reflected<f32> {
-        &mut scratch.reflected_f32
-    }
-    fn contacts(
-        reflection: Reflection,
-        scratch: &mut HandScratch,
-        from: &PointBuffer<f32>,
-        to: &mut PointBuffer<f32>,
-    ) {
-        let remainder = &mut scratch.contact_remainder;
-        for index in 0..from.len() {
-            let point = from.get(index) + remainder.get(index);
-            set_double_single(to, remainder, index, reflection.vector(point));
-        }
-    }
-}
-impl Precision for f64 {
-    fn reflected(scratch: &mut HandScratch) -> &mut Reflected<f64> {
-        &mut scratch.reflected_f64
-    }
-    fn contacts(
-        reflection: Reflection,
-        _scratch: &mut HandScratch,
-        from: &PointBuffer<f64>,
-        to: &mut PointBuffer<f64>,
-    ) {
-        reflection.points(from, to);
-    }
-}
-
-impl<E: Precision> Kinematics<E> for MirroredHand
+impl<E: Element> Kinematics<E> for MirroredHand
 where
     for<'h> dyn Hand + 'h: Kinematics<E>,
 {
@@ -213,19 +177,30 @@ where
         contacts: &mut PointBuffer<E>,
         spheres: &mut PointBuffer<E>,
     ) {
-        let mut copies = std::mem::take(E::reflected(scratch));
-        let articulation = std::mem::take(&mut copies.articulation);
-        let mirrored = self.reflection.pose_in(pose, articulation);
+        let MirroredScratch {
+            original,
+            articulation,
+            single,
+            double,
+        } = scratch.state.get_mut();
+        let copies: &mut Copies<E> = choose_mut([single, double]);
+        let mirrored = self.reflection.pose_in(pose, std::mem::take(articulation));
         self.original.forward(
             &mirrored,
-            scratch,
+            original,
             &mut copies.contacts,
             &mut copies.spheres,
         );
-        E::contacts(self.reflection, scratch, &copies.contacts, contacts);
+        *articulation = mirrored.articulation;
+        for index in 0..contacts.len() {
+            let point = copies.contacts.get(index) + original.contact_remainder.get(index);
+            contacts.set_split(
+                &mut scratch.contact_remainder,
+                index,
+                self.reflection.vector(point),
+            );
+        }
         self.reflection.points(&copies.spheres, spheres);
-        copies.articulation = mirrored.articulation;
-        *E::reflected(scratch) = copies;
     }
 
     fn pullback(
@@ -238,9 +213,14 @@ where
         sphere_gradient: &PointBuffer<E>,
         gradient: &mut PoseGradient,
     ) {
-        let mut copies = std::mem::take(E::reflected(scratch));
-        let articulation = std::mem::take(&mut copies.articulation);
-        let mirrored = self.reflection.pose_in(pose, articulation);
+        let MirroredScratch {
+            original,
+            articulation,
+            single,
+            double,
+        } = scratch.state.get_mut();
+        let copies: &mut Copies<E> = choose_mut([single, double]);
+        let mirrored = self.reflection.pose_in(pose, std::mem::take(articulation));
         for (from, to) in [
             (contacts, &mut copies.contacts),
             (contact_gradient, &mut copies.contact_gradient),
@@ -251,15 +231,14 @@ where
         }
         self.original.pullback(
             &mirrored,
-            scratch,
+            original,
             &copies.contacts,
             &copies.contact_gradient,
             &copies.spheres,
             &copies.sphere_gradient,
             gradient,
         );
-        copies.articulation = mirrored.articulation;
-        *E::reflected(scratch) = copies;
+        *articulation = mirrored.articulation;
         gradient.translation = self.reflection.vector(gradient.translation);
         gradient.rotation = self.reflection.axial(gradient.rotation);
     }
@@ -290,45 +269,47 @@ impl Hand for MirroredHand {
     fn collision_spheres(&self) -> &CollisionSpheres {
         self.original.collision_spheres()
     }
-    fn surface(&self, pose: &HandPose) -> TriangleMesh {
-        self.reflection
-            .mesh(&self.original.surface(&self.reflection.pose(pose)))
+    fn faces(&self) -> &[[u32; 3]] {
+        &self.faces
     }
-    fn place(&self, pose: &HandPose, posed: &mut PosedHand) {
+    fn pose(&self, pose: &HandPose, posed: &mut PosedHand) {
         let PosedHand {
             vertices,
             spheres,
-            original,
-            ..
+            bodies,
+            state,
         } = posed;
-        let original = original.get_or_insert_default();
-        self.original.place(&self.reflection.pose(pose), original);
+        let original = state.get_or_default::<PosedHand>();
+        self.original
+            .pose(&self.reflection.pose_in(pose, Vec::new()), original);
         let reflected = |p: &Point3<f64>| Point3::from(self.reflection.vector((*p).into()));
         for (points, from) in [(vertices, &original.vertices), (spheres, &original.spheres)] {
             points.clear();
             points.extend(from.iter().map(reflected));
         }
+        bodies.clear();
+        bodies.extend(
+            original
+                .bodies
+                .iter()
+                .map(|body| self.reflection.rigid(body)),
+        );
     }
     fn jacobian_rows(
         &self,
         pose: &HandPose,
         posed: &PosedHand,
-        pulls: &[PointForces],
+        forces: &[PointForces],
         rows: &mut JacobianRows,
     ) {
-        let Some(original) = &posed.original else {
-            unreachable!("place has filled it");
+        let reflected = |forces: &PointForces| PointForces {
+            points: (forces.points).map(|(point, force)| (point, self.reflection.vector(force))),
         };
-        let reflected = |pull: &PointForces| PointForces {
-            points: pull
-                .points
-                .map(|(p, force)| (p, self.reflection.vector(force))),
-        };
-        let reflected: Vec<PointForces> = pulls.iter().map(reflected).collect();
-        let pose_of_original = self.reflection.pose(pose);
+        let reflected: Vec<PointForces> = forces.iter().map(reflected).collect();
+        let pose_of_original = self.reflection.pose_in(pose, Vec::new());
         self.original
-            .jacobian_rows(&pose_of_original, original, &reflected, rows);
-        rows.set_base(pulls, posed, pose.translation);
+            .jacobian_rows(&pose_of_original, posed.state.get(), &reflected, rows);
+        rows.set_base(forces, posed, pose.translation);
     }
     fn jacobian_basis(&self) -> Option<DMatrix<f64>> {
         self.original.jacobian_basis()
@@ -340,13 +321,6 @@ impl Hand for MirroredHand {
         };
         let parts = self.original.rigid_parts();
         parts.into_iter().map(reflected).collect()
-    }
-    fn body_poses(&self, pose: &HandPose) -> Vec<Rigid<f64>> {
-        let poses = self.original.body_poses(&self.reflection.pose(pose));
-        poses
-            .iter()
-            .map(|pose| self.reflection.rigid(pose))
-            .collect()
     }
     fn notes(&self) -> &[String] {
         self.original.notes()
@@ -367,9 +341,13 @@ impl Hand for MirroredHand {
         let contacts = self.contact_points().weight.len();
         let spheres = self.collision_spheres().radius.len();
         HandScratch {
-            reflected_f32: Reflected::zeros(contacts, spheres),
-            reflected_f64: Reflected::zeros(contacts, spheres),
-            ..self.original.new_scratch()
+            contact_remainder: PointBuffer::zeros(contacts),
+            state: HandState::new(MirroredScratch {
+                original: self.original.new_scratch(),
+                articulation: Vec::new(),
+                single: Copies::zeros(contacts, spheres),
+                double: Copies::zeros(contacts, spheres),
+            }),
         }
     }
 }

@@ -1,11 +1,12 @@
 //! The palm and the open pose of a hand that says nothing about them, from how its fingers move.
 
-use graspd_geom::{Rigid, Vec3};
+use graspd_geom::Vec3;
+
 use nalgebra::{Point3, Vector3};
 
+use crate::body_points::BodyMotion;
 use crate::closing_direction;
-use crate::part::Part;
-use crate::{KinematicTree, PalmFrame};
+use crate::{KinematicTree, PalmFrame, Part};
 
 /// Movement of the finger tips out of their own direction below which no side counts as the palm's \[m\].
 const MIN_MOVEMENT: f64 = 1e-6;
@@ -86,15 +87,9 @@ fn positions(
     samples: &[(usize, Point3<f64>)],
     articulation: &[f64],
 ) -> Vec<Point3<f64>> {
-    let poses = posed(tree, articulation);
+    let poses = tree.body_poses(articulation);
     let place = |(body, point): &(usize, Point3<f64>)| poses[*body].apply((*point).into()).into();
     samples.iter().map(place).collect()
-}
-
-fn posed(tree: &KinematicTree, articulation: &[f64]) -> Vec<Rigid<f64>> {
-    let mut poses = vec![Rigid::identity(); tree.body_count()];
-    tree.forward(&Rigid::identity(), articulation, &mut poses);
-    poses
 }
 
 /// Descriptions align the base with the palm; directions this near to an axis of the base are taken to be it.
@@ -195,9 +190,9 @@ fn aligned(direction: Vector3<f64>) -> Vector3<f64> {
 
 fn fingers(tree: &KinematicTree, parts: &[Part], open: &[f64]) -> Vec<Finger> {
     let bodies = tree.body_count();
-    let open_poses = posed(tree, open);
+    let open_poses = tree.body_poses(open);
     let middle: Vec<f64> = tree.limits().iter().map(crate::Limit::middle).collect();
-    let middle_poses = posed(tree, &middle);
+    let middle_poses = tree.body_poses(&middle);
     let is_leaf = |body: usize| (1..bodies).all(|other| tree.parent(other) != Some(body));
     (1..bodies)
         .filter(|&body| is_leaf(body))

@@ -4,8 +4,7 @@ use graspd_geom::{Quaternion, Rigid, TriangleMesh, box_mesh, capsule_mesh, cylin
 use nalgebra::{Isometry3, Point3, Rotation3, Translation3, UnitQuaternion, Vector3};
 
 use crate::articulated::HandDescription;
-use crate::part::Part;
-use crate::{HandError, Joint, JointKind, KinematicTree, Limit, Mimic, PalmFrame};
+use crate::{HandError, Joint, JointKind, KinematicTree, Limit, Mimic, PalmFrame, Part};
 
 /// Edge length of round shapes \[m\].
 const EDGE: f64 = 3e-3;

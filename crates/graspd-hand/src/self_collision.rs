@@ -4,10 +4,10 @@ use graspd_geom::{Rigid, SignedDistance, Vec3};
 use nalgebra::{Point3, Vector3};
 use rayon::prelude::*;
 
-use crate::HandOptions;
-use crate::articulated::HandDescription;
+use crate::body_points::BodyMotion;
 use crate::collision_pairs::SampledPoses;
 use crate::contact_points::SurfacePoint;
+use crate::{HandOptions, Part};
 
 /// Radius below which a sphere is not worth its cost \[m\].
 const MIN_RADIUS: f64 = 2e-3;
@@ -43,7 +43,8 @@ pub(crate) struct Sphere {
 /// points and the union of the spheres of their bodies, whether they lie outside it or within. A first round looks at the whole surface; the final one only at those points that
 /// other bodies, as the first round's spheres, can come near to. `open_poses`: the bodies' poses in the open hand.
 pub(crate) fn fit(
-    description: &HandDescription,
+    parts: &[Part],
+    motion: &dyn BodyMotion,
     solids: &[SignedDistance],
     surface: &[SurfacePoint],
     open_poses: &[Rigid<f64>],
@@ -53,8 +54,8 @@ pub(crate) fn fit(
     if wanted == 0 {
         return (Vec::new(), Vec::new());
     }
-    let tree = &description.tree;
-    let parts = description.parts.par_iter().zip(solids);
+    let bodies = motion.body_names().len();
+    let parts = parts.par_iter().zip(solids);
     let candidates: Vec<Sphere> = parts
         .flat_map_iter(|(part, solid)| inscribed(solid, part.body))
         .collect();
@@ -63,10 +64,10 @@ pub(crate) fn fit(
         .step_by(surface.len().div_ceil(MAX_SURFACE_POINTS))
         .copied()
         .collect();
-    let first_round = most_useful(&candidates, &surface, tree.body_count(), wanted);
-    let sampled = SampledPoses::new(tree, open_poses, options.seed);
+    let first_round = most_useful(&candidates, &surface, bodies, wanted);
+    let sampled = SampledPoses::new(motion, open_poses, options.seed);
     let reachable = sampled.reachable_points(&first_round, &surface);
-    let mut spheres = most_useful(&candidates, &reachable, tree.body_count(), wanted);
+    let mut spheres = most_useful(&candidates, &reachable, bodies, wanted);
     let mut pairs = sampled.pairs_that_may_meet(&spheres);
     part_in_open_hand(&mut spheres, &pairs, open_poses);
     pairs.truncate(options.collision_pairs);

@@ -5,6 +5,7 @@ use std::collections::HashMap;
 use graspd_ad::Real;
 use graspd_geom::{Mat3, Rigid, Vec3};
 
+use crate::body_points::BodyMotion;
 use crate::joint::{check_numbers, followed, limit_of, order_from_root};
 use crate::mirroring::Reflection;
 use crate::{HandError, Joint, JointKind, Limit, PoseGradient};
@@ -190,6 +191,13 @@ impl KinematicTree {
         }
     }
 
+    /// Computes the pose of every body, `[bodies]`, as [`KinematicTree::forward`].
+    pub(crate) fn poses(&self, base: &Rigid<f64>, articulation: &[f64]) -> Vec<Rigid<f64>> {
+        let mut poses = vec![Rigid::identity(); self.body_count()];
+        self.forward(base, articulation, &mut poses);
+        poses
+    }
+
     /// The transposed Jacobian of [`KinematicTree::forward`]: what forces on the bodies say about the pose.
     ///
     /// `forces[b]` and `torques[b]`: sums over the body's points p of g and (p - origin of b) x g, where g is the
@@ -301,5 +309,20 @@ impl KinematicTree {
         if narrowed.lower <= narrowed.upper {
             self.limits[parameter] = narrowed;
         }
+    }
+}
+
+impl BodyMotion for KinematicTree {
+    fn body_names(&self) -> &[String] {
+        &self.body_names
+    }
+    fn limits(&self) -> &[Limit] {
+        &self.limits
+    }
+    fn parent(&self, body: usize) -> Option<usize> {
+        self.parent(body)
+    }
+    fn body_poses(&self, articulation: &[f64]) -> Vec<Rigid<f64>> {
+        self.poses(&Rigid::identity(), articulation)
     }
 }

@@ -2,8 +2,8 @@
 
 use graspd_geom::{Quaternion, Rigid, SignedDistance, TriangleTree, Vec3, load_mesh, shared_file};
 use graspd_hand::{
-    ArticulatedHand, Hand, HandOptions, HandPose, Kinematics, PointBuffer, UrdfOptions, allegro,
-    load_urdf,
+    ArticulatedHand, Hand, HandOptions, HandPose, Kinematics, PointBuffer, PosedHand, UrdfOptions,
+    allegro, load_urdf,
 };
 use nalgebra::{Isometry3, Point3, Vector3};
 use proptest::prelude::*;
@@ -236,13 +236,8 @@ fn contact_points_lie_on_the_outer_surface() {
     let [contacts, _] = positions(hand, &pose);
     let solid = SignedDistance::new(&hand.surface(&pose)).unwrap();
     let normals = hand.local_contact_normals();
-    let mut scratch = hand.new_scratch();
-    let mut unused = [
-        PointBuffer::zeros(contacts.len()),
-        PointBuffer::zeros(hand.collision_spheres().radius.len()),
-    ];
-    let [points, centers] = &mut unused;
-    Kinematics::<f64>::forward(hand, &pose, &mut scratch, points, centers);
+    let mut posed = PosedHand::default();
+    hand.pose(&pose, &mut posed);
     for i in 0..contacts.len() {
         let point = Point3::from(contacts.get(i));
         assert!(
@@ -250,7 +245,7 @@ fn contact_points_lie_on_the_outer_surface() {
             "point {i} is off the surface"
         );
         let body = hand.contact_points().body[i] as usize;
-        let normal = scratch.body_poses[body].rotation.apply(normals.get(i));
+        let normal = posed.bodies[body].rotation.apply(normals.get(i));
         let above = point + Vector3::from(normal) * 5e-4;
         assert!(!solid.is_inside(&above), "point {i} is buried");
     }

@@ -53,10 +53,11 @@ pub struct FusedKernel<'a, E, R> {
     pub(crate) gradient: &'a mut PointBuffer<E>,
 }
 
-impl<E: Precision, R: TargetRule<E>> FusedKernel<'_, E, R> {
+impl<E: Precision, R: TargetRule<E>> Kernel<E> for FusedKernel<'_, E, R> {
     /// L_phys.
+    type Output = f64;
     #[inline(always)]
-    pub(crate) fn run_with<L: Real<Element = E>>(mut self) -> f64 {
+    fn run<L: Real<Element = E>>(mut self) -> f64 {
         assert_eq!(L::LANES, self.targets.lanes, "contacts side by side");
         self.targets.own_sums.fill(E::zero());
         let shared_loss = self.move_shared::<L>();
@@ -89,7 +90,9 @@ impl<E: Precision, R: TargetRule<E>> FusedKernel<'_, E, R> {
         }
         sum
     }
+}
 
+impl<E: Precision, R: TargetRule<E>> FusedKernel<'_, E, R> {
     /// The force step of what never touched, once for all: its wrenches are 0. Returns L_phys of one such contact.
     #[inline(always)]
     fn move_shared<L: Real<Element = E>>(&mut self) -> L {
@@ -251,13 +254,5 @@ impl<E: Precision, R: TargetRule<E>> FusedKernel<'_, E, R> {
             target[k].store(&mut targets[k * POINT_PADDING..]);
         }
         target
-    }
-}
-
-impl<R: TargetRule<f32>> Kernel for FusedKernel<'_, f32, R> {
-    type Output = f64;
-    #[inline(always)]
-    fn run<L: Real<Element = f32>>(self) -> f64 {
-        self.run_with::<L>()
     }
 }

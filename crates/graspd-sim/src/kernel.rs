@@ -1,11 +1,10 @@
 //! The loops over contacts: the whole cost of a step is here.
 
-use graspd_ad::{Dual, Element, Kernel, Lanes, Real, vectorize};
+use graspd_ad::{Dual, Element, Kernel, Real};
 use graspd_geom::Vec3;
 use graspd_hand::{HandScratch, POINT_PADDING, PointBuffer};
 
 use crate::contact::ContactState;
-use crate::fused::{FusedKernel, TargetRule};
 use crate::object::SimulatedObject;
 use crate::params::{ContactParams, Twist, Wrench};
 
@@ -17,8 +16,6 @@ pub(crate) const WRENCH_LEN: usize = 6;
 /// Implemented by `f64`, the reference: one contact at a time; and by `f32`: eight contacts at a time in the widest
 /// vector registers of the machine. Both run the same code.
 pub trait Precision: Element {
-    /// How many contacts are evaluated at a time.
-    const CONTACTS_AT_A_TIME: usize;
     /// Whether hands give what rounding has left of the contacts' coordinates.
     #[doc(hidden)]
     const HAS_REMAINDER: bool;
@@ -26,112 +23,19 @@ pub trait Precision: Element {
     /// What rounding left of the coordinates of contact points, if it is kept, `[n]`.
     #[doc(hidden)]
     fn remainder(scratch: &HandScratch) -> Option<&PointBuffer<Self>>;
-
-    /// The wrench of every contact for every object velocity, `[blocks of 8][J][6][8]`.
-    fn wrenches(contacts: &ContactLoop<'_, Self>, wrenches: &mut [Self]);
-
-    /// L_phys \[N^2, and (N m)^2 for torques\], each contact counted `weight` times, `[n]`; writes its derivative by the
-    /// contact positions to `gradient`, `[n]`. `targets`: laid out as the wrenches.
-    fn physics_loss(
-        contacts: &ContactLoop<'_, Self>,
-        weight: &[Self],
-        targets: &[Self],
-        gradient: &mut PointBuffer<Self>,
-    ) -> f64;
-
-    /// Writes the derivative of sum_j sum_c pull_j . f_c(q, v_j) by the contact positions, each contact counted `weight`
-    /// times, to `gradient`, `[n]`. `pull`: one for each velocity, `[J]`.
-    fn pulled_wrenches(
-        contacts: &ContactLoop<'_, Self>,
-        weight: &[Self],
-        pull: &[Wrench<f64>],
-        gradient: &mut PointBuffer<Self>,
-    );
-
-    /// Runs a [`FusedKernel`].
-    #[doc(hidden)]
-    fn fused<R: TargetRule<Self>>(kernel: FusedKernel<'_, Self, R>) -> f64;
 }
 
 impl Precision for f64 {
-    const CONTACTS_AT_A_TIME: usize = 1;
     const HAS_REMAINDER: bool = false;
     fn remainder(_scratch: &HandScratch) -> Option<&PointBuffer<f64>> {
         None
     }
-    fn wrenches(contacts: &ContactLoop<'_, f64>, wrenches: &mut [f64]) {
-        WrenchKernel { contacts, wrenches }.run_with::<f64>();
-    }
-    fn physics_loss(
-        contacts: &ContactLoop<'_, f64>,
-        weight: &[f64],
-        targets: &[f64],
-        gradient: &mut PointBuffer<f64>,
-    ) -> f64 {
-        LossKernel {
-            contacts,
-            weight,
-            targets,
-            gradient,
-        }
-        .run_with::<f64>()
-    }
-    fn pulled_wrenches(
-        contacts: &ContactLoop<'_, f64>,
-        weight: &[f64],
-        pull: &[Wrench<f64>],
-        gradient: &mut PointBuffer<f64>,
-    ) {
-        PullKernel {
-            contacts,
-            weight,
-            pull,
-            gradient,
-        }
-        .run_with::<f64>();
-    }
-    fn fused<R: TargetRule<f64>>(kernel: FusedKernel<'_, f64, R>) -> f64 {
-        kernel.run_with::<f64>()
-    }
 }
 
 impl Precision for f32 {
-    const CONTACTS_AT_A_TIME: usize = Lanes::LANES;
     const HAS_REMAINDER: bool = true;
     fn remainder(scratch: &HandScratch) -> Option<&PointBuffer<f32>> {
-        Some(scratch.contact_remainder())
-    }
-    fn wrenches(contacts: &ContactLoop<'_, f32>, wrenches: &mut [f32]) {
-        vectorize(WrenchKernel { contacts, wrenches });
-    }
-    fn physics_loss(
-        contacts: &ContactLoop<'_, f32>,
-        weight: &[f32],
-        targets: &[f32],
-        gradient: &mut PointBuffer<f32>,
-    ) -> f64 {
-        vectorize(LossKernel {
-            contacts,
-            weight,
-            targets,
-            gradient,
-        })
-    }
-    fn pulled_wrenches(
-        contacts: &ContactLoop<'_, f32>,
-        weight: &[f32],
-        pull: &[Wrench<f64>],
-        gradient: &mut PointBuffer<f32>,
-    ) {
-        vectorize(PullKernel {
-            contacts,
-            weight,
-            pull,
-            gradient,
-        });
-    }
-    fn fused<R: TargetRule<f32>>(kernel: FusedKernel<'_, f32, R>) -> f64 {
-        vectorize(kernel)
+        Some(&scratch.contact_remainder)
     }
 }
 
@@ -240,14 +144,16 @@ fn components<T: Real>(Wrench { torque, force }: Wrench<T>) -> [T; WRENCH_LEN] {
     [torque.x, torque.y, torque.z, force.x, force.y, force.z]
 }
 
-struct WrenchKernel<'a, E> {
-    contacts: &'a ContactLoop<'a, E>,
-    wrenches: &'a mut [E],
+/// Writes the wrench of every contact for every object velocity, `[blocks of 8][J][6][8]`.
+pub(crate) struct WrenchKernel<'a, E> {
+    pub(crate) contacts: &'a ContactLoop<'a, E>,
+    pub(crate) wrenches: &'a mut [E],
 }
 
-impl<E: Precision> WrenchKernel<'_, E> {
+impl<E: Precision> Kernel<E> for WrenchKernel<'_, E> {
+    type Output = ();
     #[inline(always)]
-    fn run_with<L: Real<Element = E>>(self) {
+    fn run<L: Real<Element = E>>(self) {
         let contacts = self.contacts;
         for first in (0..contacts.points.len()).step_by(L::LANES) {
             let state = contacts.state(first, contacts.point::<L>(first));
@@ -262,24 +168,19 @@ impl<E: Precision> WrenchKernel<'_, E> {
     }
 }
 
-impl Kernel for WrenchKernel<'_, f32> {
+/// Writes the derivative of sum_j sum_c pull_j . f_c(q, v_j) by the contact positions, each contact counted `weight` times,
+/// to `gradient`, `[n]`. `pull`: one for each velocity, `[J]`.
+pub(crate) struct PullKernel<'a, E> {
+    pub(crate) contacts: &'a ContactLoop<'a, E>,
+    pub(crate) weight: &'a [E],
+    pub(crate) pull: &'a [Wrench<f64>],
+    pub(crate) gradient: &'a mut PointBuffer<E>,
+}
+
+impl<E: Precision> Kernel<E> for PullKernel<'_, E> {
     type Output = ();
     #[inline(always)]
-    fn run<L: Real<Element = f32>>(self) {
-        self.run_with::<L>();
-    }
-}
-
-struct PullKernel<'a, E> {
-    contacts: &'a ContactLoop<'a, E>,
-    weight: &'a [E],
-    pull: &'a [Wrench<f64>],
-    gradient: &'a mut PointBuffer<E>,
-}
-
-impl<E: Precision> PullKernel<'_, E> {
-    #[inline(always)]
-    fn run_with<L: Real<Element = E>>(self) {
+    fn run<L: Real<Element = E>>(self) {
         let contacts = self.contacts;
         for first in (0..contacts.points.len()).step_by(L::LANES) {
             let point = contacts.point::<L>(first);
@@ -307,24 +208,19 @@ impl<E: Precision> PullKernel<'_, E> {
     }
 }
 
-impl Kernel for PullKernel<'_, f32> {
-    type Output = ();
-    #[inline(always)]
-    fn run<L: Real<Element = f32>>(self) {
-        self.run_with::<L>();
-    }
+/// Computes L_phys \[N^2, and (N m)^2 for torques\], each contact counted `weight` times, `[n]`, and writes its derivative by
+/// the contact positions to `gradient`, `[n]`. `targets`: laid out as the wrenches.
+pub(crate) struct LossKernel<'a, E> {
+    pub(crate) contacts: &'a ContactLoop<'a, E>,
+    pub(crate) weight: &'a [E],
+    pub(crate) targets: &'a [E],
+    pub(crate) gradient: &'a mut PointBuffer<E>,
 }
 
-struct LossKernel<'a, E> {
-    contacts: &'a ContactLoop<'a, E>,
-    weight: &'a [E],
-    targets: &'a [E],
-    gradient: &'a mut PointBuffer<E>,
-}
-
-impl<E: Precision> LossKernel<'_, E> {
+impl<E: Precision> Kernel<E> for LossKernel<'_, E> {
+    type Output = f64;
     #[inline(always)]
-    fn run_with<L: Real<Element = E>>(self) -> f64 {
+    fn run<L: Real<Element = E>>(self) -> f64 {
         let contacts = self.contacts;
         let mut total = L::zero();
         for first in (0..contacts.points.len()).step_by(L::LANES) {
@@ -359,10 +255,3 @@ impl<E: Precision> LossKernel<'_, E> {
     }
 }
 
-impl Kernel for LossKernel<'_, f32> {
-    type Output = f64;
-    #[inline(always)]
-    fn run<L: Real<Element = f32>>(self) -> f64 {
-        self.run_with::<L>()
-    }
-}

@@ -6,7 +6,7 @@ use graspd_hand::{
 };
 
 use crate::fused::{ForceWeights, FusedKernel, TargetRule};
-use crate::kernel::{ContactLoop, Precision, WRENCH_LEN};
+use crate::kernel::{ContactLoop, LossKernel, Precision, PullKernel, WRENCH_LEN, WrenchKernel};
 use crate::losses::intersection_loss_gradient;
 use crate::object::SimulatedObject;
 use crate::params::{ContactParams, SimulationParams, Twist, Wrench};
@@ -125,7 +125,7 @@ where
         TargetWrenches::new(
             &self.weight,
             self.params.velocities.len(),
-            E::CONTACTS_AT_A_TIME,
+            E::MAX_LANES,
         )
     }
 
@@ -171,7 +171,10 @@ where
     /// Evaluates f_c(q, v_j), the wrench of every contact for every object velocity.
     pub fn contact_wrenches(&mut self) {
         let contacts = contact_loop!(self);
-        E::wrenches(&contacts, &mut self.wrenches);
+        E::vectorize(WrenchKernel {
+ contacts: &contacts,
+ wrenches: &mut self.wrenches,
+ });
     }
 
     /// L_phys = sum_j sum_c ||f_c(q, v_j) - target_jc||^2 \[N^2, and (N m)^2 for torques\], keeping its derivative by the
@@ -191,7 +194,12 @@ where
             "one target for each wrench"
         );
         let contacts = contact_loop!(self);
-        E::physics_loss(&contacts, &self.weight, targets, &mut self.contact_gradient)
+        E::vectorize(LossKernel {
+ contacts: &contacts,
+ weight: &self.weight,
+ targets,
+ gradient: &mut self.contact_gradient,
+ })
     }
 
     /// Steps the object under the target wrenches from each velocity: L_task and its gradient. Depends neither on the
@@ -336,7 +344,7 @@ where
         targets: &mut TargetWrenches<E>,
     ) -> f64 {
         self.check_targets(targets);
-        E::fused(FusedKernel {
+        E::vectorize(FusedKernel {
             contacts: &contact_loop!(self),
             weight: &self.weight,
             force_weights: weights,
@@ -364,8 +372,12 @@ where
             pull.force = pull.force * weight;
         }
         let contacts = contact_loop!(self);
-        let pull = &self.task.wrench_gradient;
-        E::pulled_wrenches(&contacts, &self.weight, pull, &mut self.contact_gradient);
+        E::vectorize(PullKernel {
+ contacts: &contacts,
+ weight: &self.weight,
+ pull: &self.task.wrench_gradient,
+ gradient: &mut self.contact_gradient,
+ });
         loss
     }
 

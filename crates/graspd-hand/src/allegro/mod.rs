@@ -10,8 +10,8 @@ use graspd_geom::{Quaternion, Rigid, Vec3};
 use nalgebra::{Point3, UnitQuaternion, Vector3};
 
 use crate::articulated::{HandDescription, HandOptions};
-use crate::part::Part;
-use crate::{ArticulatedHand, HandError, Joint, JointKind, KinematicTree, Limit, PalmFrame};
+
+use crate::{ArticulatedHand, HandError, Joint, JointKind, KinematicTree, Limit, PalmFrame, Part};
 
 /// The right Allegro hand.
 ///

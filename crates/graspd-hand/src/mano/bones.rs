@@ -5,7 +5,7 @@ use graspd_geom::{Mat3, Rigid, Vec3};
 use super::model::{POSE_VALUES, SKINNED_JOINTS};
 use super::pose_space::{left_jacobian_transposed, local_rotations, rotation_vector};
 use super::skin_kernels::JointLoad;
-use super::skinning::joint_frames;
+use super::skinning::{joint_frames, joint_motions};
 use crate::PoseGradient;
 
 /// The joints in one pose.
@@ -17,6 +17,8 @@ pub(crate) struct BonePose {
     pub(crate) rotations: [Mat3<f64>; SKINNED_JOINTS],
     /// Frames of the joints in the object frame.
     pub(crate) frames: [Rigid<f64>; SKINNED_JOINTS],
+    /// What each joint does to points of the straight pose: x -> R x + t, to the object frame.
+    pub(crate) motions: [Rigid<f64>; SKINNED_JOINTS],
 }
 
 impl Default for BonePose {
@@ -25,6 +27,7 @@ impl Default for BonePose {
             pose: [0.0; POSE_VALUES],
             rotations: [Mat3::identity(); SKINNED_JOINTS],
             frames: [Rigid::identity(); SKINNED_JOINTS],
+            motions: [Rigid::identity(); SKINNED_JOINTS],
         }
     }
 }
@@ -40,6 +43,7 @@ impl BonePose {
         self.pose = pose;
         self.rotations = local_rotations(&pose);
         self.frames = joint_frames(parents, joints, &self.rotations, base);
+        self.motions = joint_motions(&self.frames, joints);
     }
 }
 

@@ -1,12 +1,11 @@
 //! A skinned hand: contact points, limits, palm and surface of a model with one shape.
 
-use graspd_geom::{Quaternion, Rigid, TriangleMesh, Vec3};
+use graspd_geom::{Quaternion, Vec3};
 use nalgebra::{DMatrix, Point3, UnitQuaternion, Vector3};
 
 use super::bones::BonePose;
 use super::fingers::{Fingers, heaviest};
-use super::jacobian::Followed;
-use super::kinematics::SkinnedScratch;
+use super::jacobian::VertexInfluences;
 use super::model::{POSE_VALUES, SKINNED_JOINT_NAMES, SKINNED_JOINTS, SkinnedModel};
 use super::open::open_coefficients;
 use super::options::SkinnedHandOptions;
@@ -15,7 +14,7 @@ use super::spheres;
 use super::wrist_cap::WristCap;
 use crate::{
     CollisionSpheres, ContactPoints, Hand, HandError, HandPose, HandScratch, JacobianRows, Limit,
-    PalmFrame, PointBuffer, PointForces, PosedHand,
+    PalmFrame, PointForces, PosedHand,
 };
 
 /// A hand whose skin is moved by linear blend skinning with pose blendshapes, in MANO's layout.
@@ -47,7 +46,7 @@ pub struct SkinnedHand {
     pub(crate) spheres: CollisionSpheres,
     pub(crate) sphere_centers: Vec<Vec3<f64>>,
     pub(crate) cap: WristCap,
-    pub(crate) followed: Followed,
+    pub(crate) influences: VertexInfluences,
     notes: Vec<String>,
 }
 
@@ -96,7 +95,7 @@ impl SkinnedHand {
             skin_f64: Skin::new(&model, &rest, &order),
             skin_f32: Skin::new(&model, &rest, &order),
             contacts: contact_points(&model, &order),
-            followed: Followed::new(&model.weights),
+            influences: VertexInfluences::new(&model.weights),
             shape: options.shape.clone(),
             components,
             mean,
@@ -120,11 +119,8 @@ impl SkinnedHand {
     }
 
     fn add_spheres(&mut self, fingers: &Fingers) {
-        let bones = self.bones(&HandPose {
-            translation: Vec3::zero(),
-            rotation: Quaternion::identity(),
-            articulation: self.open.clone(),
-        });
+        let mut bones = BonePose::default();
+        self.set_bones(&HandPose::at_origin(self.open.clone()), &mut bones);
         let joints = self.joints;
         let open = |body: usize, center: Vec3<f64>| bones.frames[body].apply(center - joints[body]);
         (self.spheres, self.sphere_centers) =
@@ -178,12 +174,6 @@ impl SkinnedHand {
         let trans = pose.translation - wrist + pose.rotation.to_matrix().apply(wrist);
         let turn: Vector3<f64> = UnitQuaternion::from(pose.rotation).scaled_axis();
         (turn.into(), [trans.x, trans.y, trans.z])
-    }
-
-    pub(crate) fn bones(&self, pose: &HandPose) -> BonePose {
-        let mut bones = BonePose::default();
-        self.set_bones(pose, &mut bones);
-        bones
     }
 }
 
@@ -239,30 +229,20 @@ impl Hand for SkinnedHand {
     fn collision_spheres(&self) -> &CollisionSpheres {
         &self.spheres
     }
-    fn surface(&self, pose: &HandPose) -> TriangleMesh {
-        let rotations = self.pose_of(&pose.articulation);
-        let rotation = pose.rotation.to_matrix();
-        let posed = self.model.posed_vertices(
-            &self.rest,
-            &self.joints,
-            &rotations,
-            &rotation,
-            pose.translation,
-        );
-        self.cap
-            .surface(posed.into_iter().map(Point3::from).collect())
+    fn faces(&self) -> &[[u32; 3]] {
+        &self.cap.faces
     }
-    fn place(&self, pose: &HandPose, posed: &mut PosedHand) {
-        self.place_points(pose, posed);
+    fn pose(&self, pose: &HandPose, posed: &mut PosedHand) {
+        self.place(pose, posed);
     }
     fn jacobian_rows(
         &self,
         pose: &HandPose,
         posed: &PosedHand,
-        pulls: &[PointForces],
+        forces: &[PointForces],
         rows: &mut JacobianRows,
     ) {
-        self.rows_of(pose, posed, pulls, rows);
+        self.rows_of(pose, posed, forces, rows);
     }
     fn jacobian_basis(&self) -> Option<DMatrix<f64>> {
         Some(self.component_basis())
@@ -277,11 +257,6 @@ impl Hand for SkinnedHand {
         Some(&self.shape)
     }
     fn new_scratch(&self) -> HandScratch {
-        HandScratch {
-            body_poses: vec![Rigid::identity(); SKINNED_JOINTS],
-            skinned: Some(Box::new(SkinnedScratch::new(self.contacts.weight.len()))),
-            contact_remainder: PointBuffer::zeros(self.contacts.weight.len()),
-            ..HandScratch::default()
-        }
+        self.scratch()
     }
 }

@@ -1,7 +1,7 @@
 //! Points that follow a skinned hand: each is moved by the joints that its vertices' weights name, by those between them
 //! and the wrist, and, with blendshapes, by all.
 
-use graspd_geom::{Mat3, Rigid, Vec3};
+use graspd_geom::{Mat3, Vec3};
 use nalgebra::{DMatrix, Point3};
 
 use super::bones::{BonePose, antisymmetric};
@@ -9,28 +9,29 @@ use super::hand::SkinnedHand;
 use super::model::{POSE_FEATURES, POSE_VALUES, SKINNED_JOINTS};
 use super::pose_space::{left_jacobian_transposed, rotation_vector};
 use super::skin::JOINT_FEATURES;
+use super::skinning::skinned;
 use crate::{HandPoint, HandPose, JacobianRows, PointForces, PosedHand};
 
 /// What moves each vertex: joints, and the vertex's weights.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Followed {
+pub(crate) struct VertexInfluences {
     /// Where the joints of each vertex end, `[v]`.
     ends: Vec<u32>,
     joints: Vec<(u32, f64)>,
 }
 
-impl Followed {
+impl VertexInfluences {
     pub(crate) fn new(weights: &[[f64; SKINNED_JOINTS]]) -> Self {
-        let mut followed = Self::default();
+        let mut influences = Self::default();
         for weights in weights {
             let joints = weights
                 .iter()
                 .enumerate()
                 .filter(|(_, weight)| **weight != 0.0);
-            (followed.joints).extend(joints.map(|(joint, &weight)| (joint as u32, weight)));
-            followed.ends.push(followed.joints.len() as u32);
+            (influences.joints).extend(joints.map(|(joint, &weight)| (joint as u32, weight)));
+            influences.ends.push(influences.joints.len() as u32);
         }
-        followed
+        influences
     }
 
     fn range(&self, vertex: usize) -> std::ops::Range<usize> {
@@ -41,9 +42,9 @@ impl Followed {
 
 /// What [`PosedHand`] keeps of a skinned hand.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct PosedSkin {
+struct PosedSkin {
     bones: BonePose,
-    /// The summands of each vertex: where a joint alone would put it, times its weight; as `Followed::joints`.
+    /// The summands of each vertex: where a joint alone would put it, times its weight; as `VertexInfluences::joints`.
     parts: Vec<Vec3<f64>>,
 }
 
@@ -80,42 +81,40 @@ const ZERO: Vec3<f64> = Vec3 {
 };
 
 impl SkinnedHand {
-    pub(crate) fn place_points(&self, pose: &HandPose, posed: &mut PosedHand) {
-        let PosedSkin { bones, parts } = &mut posed.skin;
+    pub(crate) fn place(&self, pose: &HandPose, posed: &mut PosedHand) {
+        let PosedHand {
+            vertices,
+            spheres,
+            bodies,
+            state,
+        } = posed;
+        let PosedSkin { bones, parts } = state.get_or_default();
         self.set_bones(pose, bones);
-        let motions: [Rigid<f64>; SKINNED_JOINTS] = std::array::from_fn(|joint| {
-            let Rigid {
-                rotation,
-                translation,
-            } = bones.frames[joint];
-            Rigid {
-                rotation,
-                translation: translation - rotation.apply(self.joints[joint]),
-            }
-        });
         let blending = (self.model.pose_directions.is_some())
             .then(|| self.model.pose_blending(&bones.rotations));
         parts.clear();
-        posed.vertices.clear();
+        vertices.clear();
         for (vertex, &rest) in self.rest.iter().enumerate() {
             let blended = blending
                 .as_ref()
                 .map_or(rest, |blending| rest + blending[vertex]);
-            let mut sum = Vec3::zero();
-            for &(joint, weight) in &self.followed.joints[self.followed.range(vertex)] {
-                let part = motions[joint as usize].apply(blended) * weight;
-                parts.push(part);
-                sum += part;
-            }
-            posed.vertices.push(sum.into());
+            let influences = &self.influences.joints[self.influences.range(vertex)];
+            let influences = influences
+                .iter()
+                .map(|&(joint, weight)| (joint as usize, weight));
+            let position = skinned(blended, influences, &bones.motions, |part| parts.push(part));
+            vertices.push(position.into());
         }
-        self.cap.close(&mut posed.vertices);
-        let spheres = self.sphere_centers.iter().zip(&self.spheres.body);
-        posed.spheres.clear();
-        posed.spheres.extend(spheres.map(|(&center, &body)| {
-            let body = body as usize;
-            Point3::from(bones.frames[body].apply(center - self.joints[body]))
-        }));
+        self.cap.close(vertices);
+        spheres.clear();
+        spheres.extend(self.sphere_centers.iter().zip(&self.spheres.body).map(
+            |(&center, &body)| {
+                let body = body as usize;
+                Point3::from(bones.frames[body].apply(center - self.joints[body]))
+            },
+        ));
+        bodies.clear();
+        bodies.extend_from_slice(&bones.frames);
     }
 
     /// The columns are the rotation vectors of joints 1 to 15.
@@ -123,15 +122,15 @@ impl SkinnedHand {
         &self,
         pose: &HandPose,
         posed: &PosedHand,
-        pulls: &[PointForces],
+        forces: &[PointForces],
         rows: &mut JacobianRows,
     ) {
-        let bones = &posed.skin.bones;
+        let bones = &posed.state.get::<PosedSkin>().bones;
         let by_vector = turns_by_vectors(bones);
         let mut loads = Loads::NONE;
         rows.clear();
-        for pull in pulls {
-            for &(point, force) in &pull.points {
+        for forces in forces {
+            for &(point, force) in &forces.points {
                 match point {
                     HandPoint::Vertex(vertex) => self.load_vertex(posed, vertex, force, &mut loads),
                     HandPoint::Sphere(sphere) => {
@@ -167,7 +166,7 @@ impl SkinnedHand {
                 (loads.force[joint], loads.torque[joint]) = (ZERO, ZERO);
             }
             (loads.force[0], loads.torque[0], loads.pulled) = (ZERO, ZERO, 0);
-            rows.end(pull, posed, pose.translation);
+            rows.end(forces, posed, pose.translation);
         }
     }
 
@@ -181,10 +180,10 @@ impl SkinnedHand {
             }
             return;
         }
-        let range = self.followed.range(vertex);
-        let PosedSkin { bones, parts } = &posed.skin;
+        let range = self.influences.range(vertex);
+        let PosedSkin { bones, parts } = posed.state.get();
         let mut before_skinning = Vec3::zero();
-        for (&(joint, weight), part) in self.followed.joints[range.clone()]
+        for (&(joint, weight), part) in self.influences.joints[range.clone()]
             .iter()
             .zip(&parts[range])
         {

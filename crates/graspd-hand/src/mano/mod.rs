@@ -21,13 +21,10 @@ mod skin;
 mod skin_kernels;
 mod skinning;
 mod spheres;
-mod split_pose;
 mod wrist_cap;
 
 pub use file::{load_skinned_hand, load_skinned_model, parse_skinned_model};
 pub use hand::SkinnedHand;
-pub(crate) use jacobian::PosedSkin;
-pub(crate) use kinematics::SkinnedScratch;
 pub use model::{
     JointPlacement, POSE_FEATURES, POSE_VALUES, SKINNED_JOINT_NAMES, SKINNED_JOINT_PARENTS,
     SKINNED_JOINTS, SkinnedModel,

@@ -1,22 +1,18 @@
 //! The loops over the skin: blendshapes and linear blend skinning, forward and transposed.
 //!
 //! Eight vertices at a time in vector registers for `f32`, one at a time for `f64`; both run the same code.
+//! Blendshapes move vertices by millimetres, so single precision gives them to 1e-10 m. The rest moves them by decimetres
+//! and is done in double precision: it costs little.
 
 use std::ops::Range;
 
 use graspd_ad::{Element, Kernel, Real};
-use graspd_geom::{Mat3, Vec3};
+use graspd_geom::{Rigid, Vec3};
 
-use super::model::SKINNED_JOINTS;
+use super::model::{POSE_FEATURES, SKINNED_JOINTS};
 use super::skin::{BLOCKS_PER_TILE, JOINT_FEATURES, Skin};
+use crate::points::{Row, lane_sum, store_split};
 use crate::{POINT_PADDING, PointBuffer};
-
-/// x -> R x + t for each joint, from the straight pose to the object frame.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Motion<E> {
-    pub(crate) rotation: [E; 9],
-    pub(crate) translation: [E; 3],
-}
 
 /// What the skin asks of each joint.
 #[derive(Clone, Copy, Debug, Default)]
@@ -29,55 +25,98 @@ pub(crate) struct JointLoad {
     pub(crate) features: [f64; JOINT_FEATURES],
 }
 
-pub(crate) type Features<E> = [[E; JOINT_FEATURES]; SKINNED_JOINTS];
+/// The pose features of each joint; the wrist's are 0.
+type Features<E> = [[E; JOINT_FEATURES]; SKINNED_JOINTS];
 
-/// u = rest + blendshapes . features, then x = sum_j w_j (R_j u + t_j). (Single precision has a loop of its own:
-/// [`SplitPose`](super::split_pose::SplitPose).)
-pub(crate) struct Pose<'a, E> {
+/// Computes u = rest + blendshapes . features, then x = sum_j w_j (R_j u + t_j), stored as the sum of two numbers.
+pub(crate) struct Skinning<'a, E> {
+    /// For the blendshapes.
     pub(crate) skin: &'a Skin<E>,
-    pub(crate) features: &'a Features<E>,
-    pub(crate) motions: &'a [Motion<E>; SKINNED_JOINTS],
+    /// For the rest: the same skin.
+    pub(crate) exact: &'a Skin<f64>,
+    pub(crate) features: &'a [f64; POSE_FEATURES],
+    /// x -> R x + t for each joint, from the straight pose to the object frame.
+    pub(crate) motions: &'a [Rigid<f64>; SKINNED_JOINTS],
     /// u, for the pullback.
     pub(crate) blended: &'a mut PointBuffer<E>,
     pub(crate) posed: &'a mut PointBuffer<E>,
+    pub(crate) remainder: &'a mut PointBuffer<f32>,
 }
 
-impl<E: Element> Pose<'_, E> {
+impl<E: Element> Kernel<E> for Skinning<'_, E> {
+    type Output = ();
     #[inline(always)]
-    pub(crate) fn over<L: Real<Element = E>>(self) {
-        let skin = self.skin;
-        let rest = Blocks::of(&skin.rest);
-        let mut blended = BlocksMut::of(self.blended);
-        let mut posed = BlocksMut::of(self.posed);
+    fn run<L: Real<Element = E>>(self) {
+        let (skin, exact) = (self.skin, self.exact);
+        let mut features: Features<E> = [[E::zero(); JOINT_FEATURES]; SKINNED_JOINTS];
+        for joint in 1..SKINNED_JOINTS {
+            for k in 0..JOINT_FEATURES {
+                features[joint][k] = E::constant(self.features[JOINT_FEATURES * (joint - 1) + k]);
+            }
+        }
+        let rest = exact.rest.blocks(0..exact.rest.len());
+        let [bx, by, bz] = self.blended.rows_mut();
+        let posed = self.posed.rows_mut();
+        let remainder = self.remainder.rows_mut();
         for tile in 0..skin.influence_ranges.len() / BLOCKS_PER_TILE {
-            let first = tile * BLOCKS_PER_TILE;
-            let mut lane = 0;
-            while lane < POINT_PADDING {
-                let mut u = [L::zero(); 3 * BLOCKS_PER_TILE];
-                for block in 0..BLOCKS_PER_TILE {
-                    u[3 * block] = L::load(&rest.x[first + block][lane..]);
-                    u[3 * block + 1] = L::load(&rest.y[first + block][lane..]);
-                    u[3 * block + 2] = L::load(&rest.z[first + block][lane..]);
+            let mut offsets = [[E::zero(); POINT_PADDING]; 3 * BLOCKS_PER_TILE];
+            if let Some(range) = skin.tile_ranges.get(tile) {
+                let mut lane = 0;
+                while lane < POINT_PADDING {
+                    let mut moved = [L::zero(); 3 * BLOCKS_PER_TILE];
+                    blend(skin, range, &features, lane, &mut moved);
+                    for row in 0..3 * BLOCKS_PER_TILE {
+                        moved[row].store(&mut offsets[row][lane..]);
+                    }
+                    lane += L::LANES;
                 }
-                if let Some(range) = skin.tile_ranges.get(tile) {
-                    blend(skin, range, self.features, lane, &mut u);
+            }
+            for in_tile in 0..BLOCKS_PER_TILE {
+                let block = tile * BLOCKS_PER_TILE + in_tile;
+                let x = blended_row(&rest.x[block], &offsets[3 * in_tile], &mut bx[block]);
+                let y = blended_row(&rest.y[block], &offsets[3 * in_tile + 1], &mut by[block]);
+                let z = blended_row(&rest.z[block], &offsets[3 * in_tile + 2], &mut bz[block]);
+                let mut sums: [Row<f64>; 3] = [[0.0; POINT_PADDING]; 3];
+                for influence in &exact.influences[exact.influence_ranges[block].clone()] {
+                    let motion = &self.motions[influence.joint];
+                    let weights = &influence.weights;
+                    for row in 0..3 {
+                        let (r, t) = (motion.rotation.rows[row], motion.translation.get(row));
+                        let sum = &mut sums[row];
+                        for lane in 0..POINT_PADDING {
+                            let moved = r.x * x[lane] + r.y * y[lane] + r.z * z[lane] + t;
+                            sum[lane] += weights[lane] * moved;
+                        }
+                    }
                 }
-                for block in 0..BLOCKS_PER_TILE {
-                    let u = Vec3::new(u[3 * block], u[3 * block + 1], u[3 * block + 2]);
-                    blended.store(first + block, lane, u);
-                    let range = &skin.influence_ranges[first + block];
-                    let motion = mean_motion::<L>(skin, range, self.motions, lane);
-                    posed.store(first + block, lane, motion.0.apply(u) + motion.1);
+                for axis in 0..3 {
+                    store_split(
+                        &sums[axis],
+                        &mut posed[axis][block],
+                        &mut remainder[axis][block],
+                    );
                 }
-                lane += L::LANES;
             }
         }
     }
 }
 
+/// Computes one coordinate of blended vertices, and writes it in the buffers' precision.
+#[inline(always)]
+fn blended_row<E: Element>(rest: &Row<f64>, offset: &Row<E>, rounded: &mut Row<E>) -> Row<f64> {
+    let mut blended = [0.0; POINT_PADDING];
+    for lane in 0..POINT_PADDING {
+        blended[lane] = rest[lane] + offset[lane].lane(0);
+    }
+    for lane in 0..POINT_PADDING {
+        rounded[lane] = E::constant(blended[lane]);
+    }
+    blended
+}
+
 /// Adds the blendshapes of one tile to its vertices.
 #[inline(always)]
-pub(crate) fn blend<L: Real>(
+fn blend<L: Real>(
     skin: &Skin<L::Element>,
     range: &Range<usize>,
     features: &Features<L::Element>,
@@ -96,59 +135,38 @@ pub(crate) fn blend<L: Real>(
     }
 }
 
-/// sum_j w_j R_j and sum_j w_j t_j of a block.
-#[inline(always)]
-fn mean_motion<L: Real>(
-    skin: &Skin<L::Element>,
-    range: &Range<usize>,
-    motions: &[Motion<L::Element>; SKINNED_JOINTS],
-    lane: usize,
-) -> (Mat3<L>, Vec3<L>) {
-    let mut r = [L::zero(); 9];
-    let mut t = [L::zero(); 3];
-    for influence in &skin.influences[range.clone()] {
-        let weight = L::load(&influence.weights[lane..]);
-        let motion = &motions[influence.joint];
-        for k in 0..9 {
-            r[k] += weight * splat::<L>(motion.rotation[k]);
-        }
-        for k in 0..3 {
-            t[k] += weight * splat::<L>(motion.translation[k]);
-        }
-    }
-    let rotation = Mat3 {
-        rows: [
-            Vec3::new(r[0], r[1], r[2]),
-            Vec3::new(r[3], r[4], r[5]),
-            Vec3::new(r[6], r[7], r[8]),
-        ],
-    };
-    (rotation, Vec3::new(t[0], t[1], t[2]))
-}
-
 /// The same number in all lanes.
 #[inline(always)]
 fn splat<L: Real>(value: L::Element) -> L {
     L::constant(value.lane(0))
 }
 
-/// The transpose of [`Pose`]: what the gradients at the posed vertices ask of each joint.
+/// Computes what the gradients at the posed vertices ask of each joint: the transpose of [`Skinning`].
 ///
 /// Sums are taken lane by lane in `E` and over the lanes in `f64`.
-pub(crate) struct Pullback<'a, E> {
+pub(crate) struct SkinningPullback<'a, E> {
     pub(crate) skin: &'a Skin<E>,
-    pub(crate) motions: &'a [Motion<E>; SKINNED_JOINTS],
+    pub(crate) motions: &'a [Rigid<f64>; SKINNED_JOINTS],
     pub(crate) blended: &'a PointBuffer<E>,
     pub(crate) gradient: &'a PointBuffer<E>,
     pub(crate) loads: &'a mut [JointLoad; SKINNED_JOINTS],
 }
 
-impl<E: Element> Pullback<'_, E> {
+impl<E: Element> Kernel<E> for SkinningPullback<'_, E> {
+    type Output = ();
     #[inline(always)]
-    pub(crate) fn over<L: Real<Element = E>>(self) {
+    fn run<L: Real<Element = E>>(self) {
         let skin = self.skin;
-        let blended = Blocks::of(self.blended);
-        let gradient = Blocks::of(self.gradient);
+        let mut rotations: Rotations<E> = [[E::zero(); 9]; SKINNED_JOINTS];
+        for joint in 0..SKINNED_JOINTS {
+            let [x, y, z] = self.motions[joint].rotation.rows;
+            let entries = [x.x, x.y, x.z, y.x, y.y, y.z, z.x, z.y, z.z];
+            for k in 0..9 {
+                rotations[joint][k] = E::constant(entries[k]);
+            }
+        }
+        let blended = self.blended.blocks(0..self.blended.len());
+        let gradient = self.gradient.blocks(0..self.gradient.len());
         let mut sums = [[L::zero(); 12]; SKINNED_JOINTS];
         let mut feature_sums = [[L::zero(); JOINT_FEATURES]; SKINNED_JOINTS];
         for tile in 0..skin.influence_ranges.len() / BLOCKS_PER_TILE {
@@ -160,7 +178,7 @@ impl<E: Element> Pullback<'_, E> {
                     let g = gradient.load::<L>(first + block, lane);
                     let u = blended.load::<L>(first + block, lane);
                     let range = &skin.influence_ranges[first + block];
-                    let pulled = pull_block(skin, range, self.motions, lane, g, u, &mut sums);
+                    let pulled = pull_block(skin, range, &rotations, lane, g, u, &mut sums);
                     du[3 * block] = pulled.x;
                     du[3 * block + 1] = pulled.y;
                     du[3 * block + 2] = pulled.z;
@@ -186,20 +204,15 @@ impl<E: Element> Pullback<'_, E> {
     }
 }
 
-impl Kernel for Pullback<'_, f32> {
-    type Output = ();
-    #[inline(always)]
-    fn run<L: Real<Element = f32>>(self) {
-        self.over::<L>();
-    }
-}
+/// The rotation of each joint, row by row.
+type Rotations<E> = [[E; 9]; SKINNED_JOINTS];
 
 /// Adds w g and w g u^T to the sums of each joint; gives dL/du = sum_j w_j R_j^T g.
 #[inline(always)]
 fn pull_block<L: Real>(
     skin: &Skin<L::Element>,
     range: &Range<usize>,
-    motions: &[Motion<L::Element>; SKINNED_JOINTS],
+    rotations: &Rotations<L::Element>,
     lane: usize,
     g: Vec3<L>,
     u: Vec3<L>,
@@ -208,7 +221,7 @@ fn pull_block<L: Real>(
     let mut pulled = Vec3::zero();
     for influence in &skin.influences[range.clone()] {
         let weighted = g * L::load(&influence.weights[lane..]);
-        let r = &motions[influence.joint].rotation;
+        let r = &rotations[influence.joint];
         pulled.x += weighted.x * splat::<L>(r[0])
             + weighted.y * splat::<L>(r[3])
             + weighted.z * splat::<L>(r[6]);
@@ -255,66 +268,4 @@ fn pull_blending<L: Real>(
             sums[k] = sum;
         }
     }
-}
-
-/// Points in blocks of known length, so that access needs few checks.
-struct Blocks<'a, E> {
-    x: &'a [[E; POINT_PADDING]],
-    y: &'a [[E; POINT_PADDING]],
-    z: &'a [[E; POINT_PADDING]],
-}
-
-impl<'a, E: Element> Blocks<'a, E> {
-    #[inline(always)]
-    fn of(points: &'a PointBuffer<E>) -> Self {
-        Self {
-            x: points.x.as_chunks().0,
-            y: points.y.as_chunks().0,
-            z: points.z.as_chunks().0,
-        }
-    }
-    #[inline(always)]
-    fn load<L: Real<Element = E>>(&self, block: usize, lane: usize) -> Vec3<L> {
-        Vec3::new(
-            L::load(&self.x[block][lane..]),
-            L::load(&self.y[block][lane..]),
-            L::load(&self.z[block][lane..]),
-        )
-    }
-}
-
-struct BlocksMut<'a, E> {
-    x: &'a mut [[E; POINT_PADDING]],
-    y: &'a mut [[E; POINT_PADDING]],
-    z: &'a mut [[E; POINT_PADDING]],
-}
-
-impl<'a, E: Element> BlocksMut<'a, E> {
-    #[inline(always)]
-    fn of(points: &'a mut PointBuffer<E>) -> Self {
-        Self {
-            x: points.x.as_chunks_mut().0,
-            y: points.y.as_chunks_mut().0,
-            z: points.z.as_chunks_mut().0,
-        }
-    }
-    #[inline(always)]
-    fn store<L: Real<Element = E>>(&mut self, block: usize, lane: usize, point: Vec3<L>) {
-        point.x.store(&mut self.x[block][lane..]);
-        point.y.store(&mut self.y[block][lane..]);
-        point.z.store(&mut self.z[block][lane..]);
-    }
-}
-
-/// The sum over the lanes, in `f64`.
-#[inline(always)]
-fn lane_sum<L: Real>(value: L) -> f64 {
-    // By way of memory: taking lanes out of registers one by one costs more.
-    let mut lanes = [L::Element::default(); POINT_PADDING];
-    value.store(&mut lanes);
-    let mut sum = 0.0;
-    for lane in &lanes[..L::LANES] {
-        sum += lane.lane(0);
-    }
-    sum
 }

@@ -97,20 +97,33 @@ impl SkinnedModel {
         };
         let frames = joint_frames(&self.parents, joints, &rotations, &base);
         let blending = self.pose_blending(&rotations);
+        let motions = joint_motions(&frames, joints);
         let blended = vertices.iter().zip(&blending).zip(&self.weights);
         blended
             .map(|((&rest, &blending), weights)| {
-                let mut sum = Vec3::zero();
-                for joint in 0..SKINNED_JOINTS {
-                    if weights[joint] != 0.0 {
-                        let placed = frames[joint].apply(rest + blending - joints[joint]);
-                        sum += placed * T::constant(weights[joint]);
-                    }
-                }
-                sum
+                let influences = weights.iter().copied().enumerate();
+                let influences = influences.filter(|(_, weight)| *weight != 0.0);
+                skinned(rest + blending, influences, &motions, |_| ())
             })
             .collect()
     }
+}
+
+/// Computes sum_j w_j (R_j u + t_j), the linear blend skinning of a vertex u; `visit` is shown each summand.
+#[inline]
+pub(crate) fn skinned<T: Real>(
+    blended: Vec3<T>,
+    influences: impl Iterator<Item = (usize, f64)>,
+    motions: &[Rigid<T>; SKINNED_JOINTS],
+    mut visit: impl FnMut(Vec3<T>),
+) -> Vec3<T> {
+    let mut sum = Vec3::zero();
+    for (joint, weight) in influences {
+        let part = motions[joint].apply(blended) * T::constant(weight);
+        visit(part);
+        sum += part;
+    }
+    sum
 }
 
 /// rest + directions . parameters, with directions `[n, 3, s]`.
@@ -166,4 +179,16 @@ pub(crate) fn joint_frames<T: Real>(
         };
     }
     frames
+}
+
+/// Computes what each joint does to points of the straight pose: x -> R (x - J) + p for its frame (R, p).
+pub(crate) fn joint_motions<T: Real>(
+    frames: &[Rigid<T>; SKINNED_JOINTS],
+    joints: &[Vec3<T>; SKINNED_JOINTS],
+) -> [Rigid<T>; SKINNED_JOINTS] {
+    let mut motions = *frames;
+    for (motion, &joint) in motions.iter_mut().zip(joints) {
+        motion.translation = motion.translation - motion.rotation.apply(joint);
+    }
+    motions
 }

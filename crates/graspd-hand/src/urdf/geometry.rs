@@ -12,8 +12,7 @@ use urdf_rs::{Geometry, Link, Pose};
 
 use super::mesh_files::MeshFinder;
 use super::placement;
-use crate::part::Part;
-use crate::{HandError, LinkFrame};
+use crate::{HandError, LinkFrame, Part};
 
 /// Edge length of round primitives as a share of their radius: about 21 edges around, at most 1.1 % of the radius
 /// below the surface.

@@ -19,7 +19,7 @@ fn both_ways(hand: &dyn Hand, pose: &HandPose) -> Vec<[Vec3<f64>; 2]> {
     hand.forward(pose, &mut scratch, &mut double, &mut centers);
     let mut centers = PointBuffer::<f32>::zeros(spheres);
     hand.forward(pose, &mut scratch, &mut single, &mut centers);
-    let remainder = scratch.contact_remainder();
+    let remainder = &scratch.contact_remainder;
     (0..count)
         .map(|i| [single.get(i) + remainder.get(i), double.get(i)])
         .collect()

@@ -215,7 +215,7 @@ fn options_that_cannot_be() {
                 shape: vec![0.0; 2],
                 ..Default::default()
             },
-            "2 numbers",
+            "(how many parameters)` is 2",
         ),
         (
             SkinnedHandOptions {

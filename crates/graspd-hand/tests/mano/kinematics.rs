@@ -249,7 +249,7 @@ where
 /// Only the blendshapes are rounded to single precision, and the sums of their 135 terms.
 fn assert_remainder_is_kept(hand: &SkinnedHand, pose: &HandPose) {
     let (single, double) = (forward::<f32>(hand, pose), forward::<f64>(hand, pose));
-    let remainder = single.scratch.contact_remainder();
+    let remainder = &single.scratch.contact_remainder;
     let directions = hand.model().pose_directions.as_deref().unwrap_or_default();
     let of_vertex = 3 * POSE_FEATURES;
     for (slot, &vertex) in hand.contact_vertices().iter().enumerate() {

@@ -1,7 +1,7 @@
 //! The hand in a page: rigid links once and their poses at every frame, or a skin's vertices at every frame.
 
 use graspd_geom::{Quaternion, Vec3};
-use graspd_hand::{Hand, HandPose};
+use graspd_hand::{Hand, HandPose, PosedHand};
 use nalgebra::{Isometry3, Vector3};
 use serde::Serialize;
 
@@ -56,7 +56,7 @@ impl HandDescription {
             ),
         };
         Self::Rigid {
-            bodies: hand.body_poses(&at_rest).len(),
+            bodies: hand.body_names().len(),
             parts: parts.iter().map(store).collect(),
         }
     }
@@ -97,13 +97,15 @@ impl Frames {
     /// The frames of these poses. A quaternion has the sign that is nearer to that of the frame before.
     pub(super) fn of(hand: &dyn Hand, description: &HandDescription, poses: &[HandPose]) -> Self {
         let channels = description.channels();
+        let mut posed = PosedHand::default();
         let mut values: Vec<f32> = Vec::with_capacity(poses.len() * channels);
         for pose in poses {
             let start = values.len();
             match description {
                 HandDescription::Rigid { .. } => {
-                    for body in hand.body_poses(pose) {
-                        push_pose(&mut values, &Isometry3::from(body));
+                    hand.pose(pose, &mut posed);
+                    for body in &posed.bodies {
+                        push_pose(&mut values, &Isometry3::from(*body));
                     }
                 }
                 HandDescription::Skinned { .. } => {

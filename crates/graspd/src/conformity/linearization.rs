@@ -17,7 +17,7 @@ const INTERSECTION_UNIT: f64 = 1e-3;
 const LEAST_RANGE: f64 = 0.05;
 
 /// Where the skin and the collision spheres of a posed hand are with respect to the object.
-#[derive(Clone, Debug, Default)]
+#[derive(Debug, Default)]
 pub(super) struct Placement {
     hand: PosedHand,
     skin: Vec<SkinPoint>,
@@ -154,7 +154,7 @@ impl<'a> PoseCost<'a> {
         before: Option<&Placement>,
         placement: &mut Placement,
     ) {
-        self.hand.place(pose, &mut placement.hand);
+        self.hand.pose(pose, &mut placement.hand);
         self.place_skin(before, placement);
         self.place_core(before, placement);
     }

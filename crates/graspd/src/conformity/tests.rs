@@ -170,7 +170,7 @@ fn pulls_are_what_points_of_skin_and_balls_move_along() {
         let pose = at(&*hand, 0.0, &mut random);
         let placed = |pose: &HandPose| {
             let mut posed = PosedHand::default();
-            hand.place(pose, &mut posed);
+            hand.pose(pose, &mut posed);
             posed
         };
         let (here, joint) = (
