@@ -254,4 +254,3 @@ impl<E: Precision> Kernel<E> for LossKernel<'_, E> {
         sum
     }
 }
-

@@ -122,11 +122,7 @@ where
 
     /// Target wrenches for [`Scene::move_targets`], all 0.
     pub fn new_targets(&self) -> TargetWrenches<E> {
-        TargetWrenches::new(
-            &self.weight,
-            self.params.velocities.len(),
-            E::MAX_LANES,
-        )
+        TargetWrenches::new(&self.weight, self.params.velocities.len(), E::MAX_LANES)
     }
 
     /// Sets the radius r by which the object is dilated \[m\] (coarse-to-fine smoothing): contacts feel the distance
@@ -172,9 +168,9 @@ where
     pub fn contact_wrenches(&mut self) {
         let contacts = contact_loop!(self);
         E::vectorize(WrenchKernel {
- contacts: &contacts,
- wrenches: &mut self.wrenches,
- });
+            contacts: &contacts,
+            wrenches: &mut self.wrenches,
+        });
     }
 
     /// L_phys = sum_j sum_c ||f_c(q, v_j) - target_jc||^2 \[N^2, and (N m)^2 for torques\], keeping its derivative by the
@@ -195,11 +191,11 @@ where
         );
         let contacts = contact_loop!(self);
         E::vectorize(LossKernel {
- contacts: &contacts,
- weight: &self.weight,
- targets,
- gradient: &mut self.contact_gradient,
- })
+            contacts: &contacts,
+            weight: &self.weight,
+            targets,
+            gradient: &mut self.contact_gradient,
+        })
     }
 
     /// Steps the object under the target wrenches from each velocity: L_task and its gradient. Depends neither on the
@@ -373,11 +369,11 @@ where
         }
         let contacts = contact_loop!(self);
         E::vectorize(PullKernel {
- contacts: &contacts,
- weight: &self.weight,
- pull: &self.task.wrench_gradient,
- gradient: &mut self.contact_gradient,
- });
+            contacts: &contacts,
+            weight: &self.weight,
+            pull: &self.task.wrench_gradient,
+            gradient: &mut self.contact_gradient,
+        });
         loss
     }
 
