@@ -2,6 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
+use serde::{Deserialize, Serialize};
+
 use crate::{
     ArticulatedHand, Hand, HandError, HandOptions, HumanPoseSpace, MirroredHand, SkinnedHand,
     SkinnedHandOptions, UrdfOptions, allegro, barrett, human, human_model, leap, load_skinned_hand,
@@ -51,12 +53,13 @@ pub struct LoadOptions {
 }
 
 /// What a skinned hand is made with: the built-in human hand, or a file in MANO's layout.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct SkinOptions {
     /// Shape parameters in standard deviations, in order; those not given are 0, the mean shape.
     pub shape: Vec<f64>,
     /// Pose the hand by so many of its principal components. Without, a file's are all used, and the built-in human hand
     /// is posed by the angles of its joints.
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub pose_components: Option<usize>,
     /// Count poses from the flat hand instead of from the mean pose.
     pub flat_mean: bool,

@@ -6,19 +6,18 @@ use std::path::PathBuf;
 use anyhow::{Context, Result, anyhow, bail};
 use clap::Args;
 use graspd_eval::{
-    Epsilon, EpsilonSettings, ForceLimit, HullVolume, VolumeMethod, VolumeSettings, ferrari_canny,
-    hull_volume,
+    Epsilon, EpsilonSettings, VolumeMethod, VolumeSettings, ferrari_canny, hull_volume,
 };
-use serde::Serialize;
+use graspd_settings::between;
 
 use crate::console::{print, print_json};
 
 /// What a file must look like.
 const FORMAT: &str = "six numbers fx,fy,fz,tx,ty,tz separated by commas";
 /// More wrenches than any grasp has; they would fill the memory.
-const MOST_WRENCHES: usize = 1_000_000;
+const MAX_WRENCHES: usize = 1_000_000;
 /// Bytes of a file of that many wrenches with all their digits.
-const MOST_BYTES: u64 = 256 << 20;
+const MAX_BYTES: u64 = 256 << 20;
 
 #[derive(Args)]
 pub(crate) struct Arguments {
@@ -38,72 +37,10 @@ pub(crate) struct Arguments {
     json: bool,
 }
 
-/// What `--json` prints.
-#[derive(Serialize)]
-struct Report {
-    wrenches: usize,
-    force_limit: ForceLimit,
-    epsilon: f64,
-    epsilon_lower: f64,
-    epsilon_upper: f64,
-    epsilon_reason: Option<String>,
-    volume: f64,
-    volume_lower: f64,
-    volume_upper: f64,
-    /// `exact` or `sampled`.
-    volume_method: &'static str,
-}
-
-impl Report {
-    fn new(
-        wrenches: usize,
-        force_limit: ForceLimit,
-        epsilon: &Epsilon,
-        volume: &HullVolume,
-    ) -> Self {
-        Self {
-            wrenches,
-            force_limit,
-            epsilon: epsilon.value,
-            epsilon_lower: epsilon.lower,
-            epsilon_upper: epsilon.upper,
-            epsilon_reason: epsilon.reason.as_ref().map(ToString::to_string),
-            volume: volume.value,
-            volume_lower: volume.lower,
-            volume_upper: volume.upper,
-            volume_method: match volume.method {
-                VolumeMethod::Exact => "exact",
-                VolumeMethod::Sampled { .. } => "sampled",
-            },
-        }
-    }
-
-    fn table(&self) -> String {
-        let why = self
-            .epsilon_reason
-            .as_ref()
-            .map_or_else(String::new, |reason| format!("  ({reason})"));
-        let volume = if self.volume_method == "exact" {
-            "exact".to_string()
-        } else {
-            format!(
-                "95 % within [{:.6}, {:.6}]",
-                self.volume_lower, self.volume_upper
-            )
-        };
-        format!(
-            "wrenches {}\nepsilon  {:.12}  within [{:.12}, {:.12}]{why}\nvolume   {:.12}  {volume}\n",
-            self.wrenches, self.epsilon, self.epsilon_lower, self.epsilon_upper, self.volume
-        )
-    }
-}
-
 pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     let name = arguments.wrenches.display().to_string();
     let accuracy = arguments.volume_accuracy;
-    if !(1e-4..=1.0).contains(&accuracy) {
-        bail!("--volume-accuracy is {accuracy}; it must be between 0.0001 and 1");
-    }
+    between(1e-4, 1.0).check("--volume-accuracy", &accuracy)?;
     let text = read(arguments).with_context(|| {
         format!("{name}: cannot be read; name a text file with {FORMAT} on each line")
     })?;
@@ -130,12 +67,40 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     };
     let epsilon = ferrari_canny(&wrenches, &settings).with_context(|| name.clone())?;
     let volume = hull_volume(&wrenches, &volume_settings).with_context(|| name.clone())?;
-    let report = Report::new(wrenches.len(), settings.limit, &epsilon, &volume);
+    let is_exact = volume.method == VolumeMethod::Exact;
     if arguments.json {
-        print_json(&report)
-    } else {
-        print(&report.table())
+        return print_json(&serde_json::json!({
+            "wrenches": wrenches.len(),
+            "force_limit": settings.limit,
+            "epsilon": epsilon.value,
+            "epsilon_lower": epsilon.lower,
+            "epsilon_upper": epsilon.upper,
+            "epsilon_reason": epsilon.reason.map(|reason| reason.to_string()),
+            "volume": volume.value,
+            "volume_lower": volume.lower,
+            "volume_upper": volume.upper,
+            "volume_method": if is_exact { "exact" } else { "sampled" },
+        }));
     }
+    let Epsilon {
+        value,
+        lower,
+        upper,
+        reason,
+    } = &epsilon;
+    let why = reason
+        .as_ref()
+        .map_or_else(String::new, |reason| format!("  ({reason})"));
+    let accuracy = if is_exact {
+        "exact".into()
+    } else {
+        format!("95 % within [{:.6}, {:.6}]", volume.lower, volume.upper)
+    };
+    print(&format!(
+        "wrenches {}\nepsilon  {value:.12}  within [{lower:.12}, {upper:.12}]{why}\nvolume   {:.12}  {accuracy}\n",
+        wrenches.len(),
+        volume.value
+    ))
 }
 
 fn read(arguments: &Arguments) -> Result<String> {
@@ -145,9 +110,9 @@ fn read(arguments: &Arguments) -> Result<String> {
         Box::new(std::fs::File::open(&arguments.wrenches)?)
     };
     let mut bytes = Vec::new();
-    source.take(MOST_BYTES + 1).read_to_end(&mut bytes)?;
-    if bytes.len() as u64 > MOST_BYTES {
-        bail!("it is larger than {} MB", MOST_BYTES >> 20);
+    source.take(MAX_BYTES + 1).read_to_end(&mut bytes)?;
+    if bytes.len() as u64 > MAX_BYTES {
+        bail!("it is larger than {} MB", MAX_BYTES >> 20);
     }
     Ok(String::from_utf8(bytes)?)
 }
@@ -173,14 +138,11 @@ fn parse(text: &str) -> Result<Vec<[f64; 6]>> {
                 .ok()
                 .filter(|x: &f64| x.is_finite())
                 .ok_or_else(|| {
-                    let field: String = field.chars().take(40).collect();
-                    anyhow!("line {number}: `{field}` is not a finite number; write {FORMAT}")
+                    anyhow!("line {number}: `{field:.40}` is not a finite number; write {FORMAT}")
                 })?;
         }
-        if wrenches.len() == MOST_WRENCHES {
-            bail!(
-                "more than {MOST_WRENCHES} wrenches; leave out those of contacts close to others"
-            );
+        if wrenches.len() == MAX_WRENCHES {
+            bail!("more than {MAX_WRENCHES} wrenches; leave out those of contacts close to others");
         }
         wrenches.push(wrench);
     }

@@ -137,42 +137,42 @@ fn inspect(hand: &dyn Hand, picture: Option<&Path>, json: bool) -> Result<()> {
         text += line.trim_end();
         text.push('\n');
     }
-    let followers = hand.coupled_joints();
-    if !followers.is_empty() {
-        text += "followers:\n";
-        for follower in &followers {
-            text += &format!("  {follower}\n");
-        }
-    }
+    text += &indented("followers:", hand.coupled_joints());
+    let counted = hand.body_names().iter().zip(&per_body);
+    let counted = counted.filter(|(_, count)| **count > 0);
     text += &format!("contact points: {}\n", contacts.count);
-    for (name, count) in hand.body_names().iter().zip(&per_body) {
-        if *count > 0 {
-            text += &format!("  {name:20} {count:5}\n");
-        }
-    }
+    text += &indented(
+        "",
+        counted.map(|(name, count)| format!("{name:20} {count:5}")),
+    );
     text += &format!(
         "self-collision: {} spheres, {} pairs of them between {} pairs of bodies\n",
         spheres.radius.len(),
         spheres.pairs.len(),
         colliding.len()
     );
-    for [a, b] in &colliding {
-        text += &format!("  {a} - {b}\n");
-    }
+    text += &indented("", colliding.iter().map(|[a, b]| format!("{a} - {b}")));
     let vector = |v: [f64; 3]| format!("({:.4}, {:.4}, {:.4})", v[0], v[1], v[2]);
     text += &format!("palm centre {} m\n", vector(palm.center.coords.into()));
     text += &format!("palm normal {}\n", vector(palm.normal.into()));
     text += &format!("fingers     {}\n", vector(palm.fingers.into()));
-    if !hand.notes().is_empty() {
-        text += "notes:\n";
-    }
-    for note in hand.notes() {
-        text += &format!("  {note}\n");
-    }
+    text += &indented("notes:", hand.notes());
     if let Some(picture) = picture {
         text += &format!("picture: {}\n", picture.display());
     }
     print(&text)
+}
+
+/// The lines, indented, below a heading; nothing at all without a line.
+fn indented<T: std::fmt::Display>(heading: &str, lines: impl IntoIterator<Item = T>) -> String {
+    let mut text = String::new();
+    for line in lines {
+        if text.is_empty() && !heading.is_empty() {
+            text = format!("{heading}\n");
+        }
+        text += &format!("  {line}\n");
+    }
+    text
 }
 
 /// The pairs of bodies whose spheres must not overlap, by name, in the order of the bodies.

@@ -9,6 +9,8 @@ use graspd::{GraspError, GraspObject, NamedMesh};
 use graspd_geom::{DiskCache, Quaternion, RepairSettings, SdfSampling, Vec3};
 use graspd_hand::{Hand, HandPose, LoadOptions, SkinOptions, load_hand_from};
 
+use graspd_settings::{Range, between};
+
 use crate::console::warn;
 use crate::progress::Progress;
 
@@ -17,11 +19,9 @@ const USUAL_SIZE: RangeInclusive<f64> = 0.005..=1.0;
 /// Sides beyond these cannot be meant \[m\]: no hand takes a house or a grain of sand.
 const POSSIBLE_SIZE: RangeInclusive<f64> = 0.0005..=10.0;
 /// No open hand is larger \[m\]; the judge refuses such grasps, too, but only when they are made.
-const LARGEST_HAND: f64 = 5.0;
-/// Samples of a distance grid along each axis: fewer make no cell, and more fill gigabytes.
-const RESOLUTIONS: RangeInclusive<usize> = 2..=1024;
+const MAX_HAND_SIZE: f64 = 5.0;
 /// More threads than any machine has cores cost memory and gain nothing.
-const MOST_THREADS: usize = 1024;
+const THREADS: Range = between(1.0, 1024.0);
 
 /// How hands are loaded.
 #[derive(Args)]
@@ -106,7 +106,15 @@ pub(crate) fn load_object(
     quiet: bool,
 ) -> Result<NamedMesh> {
     let object = repair.load(name_or_path, scale)?;
-    check_size(name_or_path, object.largest_side(), quiet)?;
+    let size = object.largest_side();
+    let hint = if size > 1.0 {
+        "if its unit is the millimetre, set --scale 0.001"
+    } else {
+        "if its unit is not the metre, set --scale"
+    };
+    if let Some(doubt) = size_doubt(name_or_path, size, hint)? {
+        warn(quiet, &doubt);
+    }
     if let Some(report) = &object.repair {
         let what = report.summary();
         let text = format!(
@@ -117,29 +125,11 @@ pub(crate) fn load_object(
     Ok(object)
 }
 
-/// Warns of a size \[m\] that an object rarely has, and refuses one that none has.
-fn check_size(name_or_path: &str, size: f64, quiet: bool) -> Result<()> {
-    let unit_hint = if size > 1.0 {
-        "if its unit is the millimetre, set --scale 0.001"
-    } else {
-        "if its unit is not the metre, set --scale"
-    };
-    if let Some(doubt) = size_doubt(name_or_path, size, unit_hint)? {
-        warn(quiet, &doubt);
-    }
-    Ok(())
-}
-
-/// What is to be said about the size of a reconstruction, if anything.
+/// What is doubtful about an object's largest side \[m\], if anything; `hint` says what may be wrong.
 ///
 /// # Errors
-/// If no hand could grasp it.
-pub(crate) fn unit_doubt(name: &str, size: f64) -> Result<Option<String>> {
-    let hint = "check the depth image's unit (depth_scale_m, or the calibration's depth scale) and the poses";
-    size_doubt(name, size, hint)
-}
-
-fn size_doubt(name: &str, size: f64, hint: &str) -> Result<Option<String>> {
+/// A size that no hand could grasp.
+pub(crate) fn size_doubt(name: &str, size: f64, hint: &str) -> Result<Option<String>> {
     let side = format!("{name}: its largest side is {}", length(size));
     if !POSSIBLE_SIZE.contains(&size) {
         bail!("{side}, which no hand can grasp; {hint}");
@@ -158,15 +148,6 @@ fn length(metres: f64) -> String {
     }
 }
 
-/// Refuses a resolution that no distance grid can have, before any work is done.
-pub(crate) fn check_resolution(resolution: usize) -> Result<()> {
-    if !RESOLUTIONS.contains(&resolution) {
-        let (least, most) = (RESOLUTIONS.start(), RESOLUTIONS.end());
-        bail!("--resolution is {resolution}; it must be {least} to {most}");
-    }
-    Ok(())
-}
-
 /// Loads a hand, and refuses one whose unit cannot be the metre.
 pub(crate) fn load_hand_to_scale(
     name_or_path: &str,
@@ -180,7 +161,7 @@ pub(crate) fn load_hand_to_scale(
     };
     let bounds = hand.surface(&open).bounds();
     let size = bounds.map_or(0.0, |(low, high)| (high - low).max());
-    if size > LARGEST_HAND {
+    if size > MAX_HAND_SIZE {
         bail!(
             "{name_or_path}: the hand is {} across; a URDF's lengths are metres: correct them, or its meshes' scale",
             length(size)
@@ -208,13 +189,7 @@ pub(crate) fn prepare_object(
 
 /// A pool of `threads` threads (by default, one for each core).
 pub(crate) fn thread_pool(threads: Option<usize>) -> Result<rayon::ThreadPool> {
-    if let Some(count) = threads
-        && !(1..=MOST_THREADS).contains(&count)
-    {
-        bail!(
-            "--threads is {count}; it must be 1 to {MOST_THREADS} (leave it out for one on each core)"
-        );
-    }
+    THREADS.check("--threads", &threads)?;
     rayon::ThreadPoolBuilder::new()
         .num_threads(threads.unwrap_or(0))
         .build()

@@ -4,12 +4,13 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, anyhow, bail};
 use graspd::{
-    ExecutionSettings, Grasp, GraspRecord, Summary, SynthesisSettings, write_atomically,
-    write_records,
+    ExecutionSettings, Grasp, GraspRecord, Summary, SynthesisSettings, TrajectoryPoint,
+    write_atomically, write_records,
 };
 use graspd_geom::{TriangleMesh, save_obj};
 use graspd_hand::{Hand, SkinOptions};
-use serde::{Deserialize, Serialize};
+use ndarray::{Array1, Array2};
+use serde::Serialize;
 
 use super::repair::RepairOutcome;
 
@@ -33,50 +34,12 @@ pub(crate) struct RunDescription<'a> {
     pub(crate) machine: Machine,
     /// Of skinned hands, what they were made with where it was asked for.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub(crate) hand_skin: Option<RecordedSkin>,
+    pub(crate) hand_skin: Option<&'a SkinOptions>,
     /// What was done to close the object's surface; absent where nothing was. All else is about the repaired surface.
     pub(crate) object_repair: Option<RepairOutcome>,
     pub(crate) settings: &'a SynthesisSettings,
     pub(crate) execution: &'a ExecutionSettings,
     pub(crate) evaluation: &'a graspd_eval::EvaluationSettings,
-}
-
-/// What a skinned hand was made with.
-#[derive(Serialize, Deserialize)]
-pub(crate) struct RecordedSkin {
-    shape: Vec<f64>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pose_components: Option<usize>,
-    flat_mean: bool,
-}
-
-impl RecordedSkin {
-    /// `None` for a hand as it usually is.
-    pub(crate) fn of(options: &SkinOptions) -> Option<Self> {
-        let SkinOptions {
-            shape,
-            pose_components,
-            flat_mean,
-        } = options.clone();
-        (*options != SkinOptions::default()).then_some(Self {
-            shape,
-            pose_components,
-            flat_mean,
-        })
-    }
-
-    pub(crate) fn options(self) -> SkinOptions {
-        let Self {
-            shape,
-            pose_components,
-            flat_mean,
-        } = self;
-        SkinOptions {
-            shape,
-            pose_components,
-            flat_mean,
-        }
-    }
 }
 
 /// Where a run was made.
@@ -197,9 +160,7 @@ pub(crate) fn write_meshes(
 /// Writes `trajectory.npz`: `index` \[m\], `step` \[m\], `translation_m` \[m, 3\], `rotation_wxyz` \[m, 4\],
 /// `articulation` \[m, n\], `losses` \[m, 5\] (physics, task, range, limit, intersection).
 pub(crate) fn write_trajectories(folder: &Path, grasps: &[Grasp]) -> Result<()> {
-    let path = folder.join("trajectory.npz");
-    let rows: Vec<_> = grasps
-        .iter()
+    let points: Vec<(usize, &TrajectoryPoint)> = (grasps.iter())
         .flat_map(|grasp| {
             grasp
                 .trajectory
@@ -207,48 +168,28 @@ pub(crate) fn write_trajectories(folder: &Path, grasps: &[Grasp]) -> Result<()> 
                 .map(|point| (grasp.record.index, point))
         })
         .collect();
-    let joints = rows.first().map_or(0, |(_, p)| p.pose.articulation.len());
-    let matrix = |columns: usize, values: Vec<f64>| {
-        ndarray::Array2::from_shape_vec((rows.len(), columns), values).context("trajectory.npz")
+    let joints = points
+        .first()
+        .map_or(0, |(_, point)| point.pose.articulation.len());
+    let index = Array1::from_iter(points.iter().map(|(index, _)| *index as u64));
+    let step = Array1::from_iter(points.iter().map(|(_, point)| point.step as u64));
+    let matrix = |columns: usize, row: &dyn Fn(&TrajectoryPoint) -> Vec<f64>| {
+        let values = points.iter().flat_map(|(_, point)| row(point)).collect();
+        Array2::from_shape_vec((points.len(), columns), values).context("trajectory.npz")
     };
-    let index = ndarray::Array1::from_iter(rows.iter().map(|(index, _)| *index as u64));
-    let step = ndarray::Array1::from_iter(rows.iter().map(|(_, p)| p.step as u64));
-    let translation = matrix(
-        3,
-        rows.iter()
-            .flat_map(|(_, p)| {
-                [
-                    p.pose.translation.x,
-                    p.pose.translation.y,
-                    p.pose.translation.z,
-                ]
-            })
-            .collect(),
-    )?;
-    let rotation = matrix(
-        4,
-        rows.iter()
-            .flat_map(|(_, p)| {
-                let q = p.pose.rotation;
-                [q.w, q.x, q.y, q.z]
-            })
-            .collect(),
-    )?;
-    let articulation = matrix(
-        joints,
-        rows.iter()
-            .flat_map(|(_, p)| p.pose.articulation.iter().copied())
-            .collect(),
-    )?;
-    let losses = matrix(
-        5,
-        rows.iter()
-            .flat_map(|(_, p)| {
-                let l = p.losses;
-                [l.physics, l.task, l.range, l.limit, l.intersection]
-            })
-            .collect(),
-    )?;
+    let translation = matrix(3, &|point| {
+        let t = point.pose.translation;
+        vec![t.x, t.y, t.z]
+    })?;
+    let rotation = matrix(4, &|point| {
+        let q = point.pose.rotation;
+        vec![q.w, q.x, q.y, q.z]
+    })?;
+    let articulation = matrix(joints, &|point| point.pose.articulation.clone())?;
+    let losses = matrix(5, &|point| {
+        let l = point.losses;
+        vec![l.physics, l.task, l.range, l.limit, l.intersection]
+    })?;
     let mut bytes = std::io::Cursor::new(Vec::new());
     let mut npz = ndarray_npy::NpzWriter::new_compressed(&mut bytes);
     npz.add_array("index", &index)?;
@@ -258,5 +199,8 @@ pub(crate) fn write_trajectories(folder: &Path, grasps: &[Grasp]) -> Result<()> 
     npz.add_array("articulation", &articulation)?;
     npz.add_array("losses", &losses)?;
     npz.finish()?;
-    Ok(write_atomically(&path, bytes.get_ref())?)
+    Ok(write_atomically(
+        &folder.join("trajectory.npz"),
+        bytes.get_ref(),
+    )?)
 }

@@ -6,15 +6,16 @@ use std::time::Instant;
 use anyhow::{Context, Result, bail};
 use clap::Args;
 use clap::builder::{NonEmptyStringValueParser, PossibleValuesParser};
-use graspd::Validate;
 use graspd_geom::{
     DepthIntrinsics, FusedView, FusionSettings, Plane, PointCloud, PoissonSettings,
     ReconstructionSettings, Registration, align_to_mesh, fuse, load_point_cloud, read_capture,
     reconstruct, require_mesh_format, save_mesh, signed_volume,
 };
+use graspd_settings::Validate;
 use nalgebra::{Isometry3, Vector3};
+use serde_json::json;
 
-use super::input::{RepairChoice, load_object, on_threads, unit_doubt};
+use super::input::{RepairChoice, load_object, on_threads, size_doubt};
 use super::output::prepare_file;
 use super::scan::spread_views;
 use crate::console::{print, print_json, warn};
@@ -100,7 +101,8 @@ fn build(arguments: &Arguments) -> Result<()> {
     let mesh = result.mesh.transformed(&motion);
     let (low, high) = mesh.bounds().context("the mesh has no vertices")?;
     let sides = high - low;
-    if let Some(doubt) = unit_doubt(&label, sides.max())? {
+    let hint = "check the depth image's unit (depth_scale_m, or the calibration's depth scale) and the poses";
+    if let Some(doubt) = size_doubt(&label, sides.max(), hint)? {
         warn(quiet, &doubt);
     }
     save_mesh(&mesh, &arguments.output)?;
@@ -109,14 +111,9 @@ fn build(arguments: &Arguments) -> Result<()> {
     let volume_cm3 = 1e6 * signed_volume(&mesh);
     if arguments.json {
         let views: Vec<_> = (seen.views.iter())
-            .map(|view| {
-                serde_json::json!({
-                    "name": view.name,
-                    "points": view.points,
-                })
-            })
+            .map(|view| json!({"name": view.name, "points": view.points}))
             .collect();
-        return print_json(&serde_json::json!({
+        return print_json(&json!({
             "file": arguments.output.to_string_lossy(),
             "views": views,
             "missing": seen.missing,
@@ -201,13 +198,13 @@ fn stored_cloud(arguments: &Arguments, path: &Path) -> Result<Seen> {
     let raw_points = cloud.points.len();
     if cloud.normals.is_empty() {
         let fusion = FusionSettings::default();
-        let without = |cloud: &PointCloud| {
-            let mut thinned =
-                (cloud.thinned(fusion.cell)?).without_outliers(16, fusion.outlier_deviations);
-            thinned.estimate_normals(fusion.neighbours)?;
-            Ok::<PointCloud, graspd_geom::GeometryError>(thinned)
+        let prepared = |cloud: PointCloud| -> Result<PointCloud> {
+            let thinned = cloud.thinned(fusion.cell)?;
+            let mut kept = thinned.without_outliers(16, fusion.outlier_deviations);
+            kept.estimate_normals(fusion.neighbours)?;
+            Ok(kept)
         };
-        cloud = without(&cloud).with_context(|| label.clone())?;
+        cloud = prepared(cloud).with_context(|| label.clone())?;
     }
     Ok(Seen {
         cloud,

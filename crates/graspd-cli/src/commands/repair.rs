@@ -1,17 +1,17 @@
 //! `graspd repair`: one closed surface of any triangles.
 
-use std::fmt::Write;
 use std::path::PathBuf;
 use std::time::Instant;
 
-use anyhow::{Result, bail};
+use anyhow::Result;
 use clap::Args;
-use graspd::Validate;
 use graspd_geom::{
-    FilledHole, RepairReport, RepairSettings, RepairedMesh, TriangleMesh, load_mesh, repair,
+    RepairReport, RepairSettings, RepairedMesh, TriangleMesh, load_mesh, repair,
     require_mesh_format, save_mesh, signed_volume, topology,
 };
+use graspd_settings::{POSITIVE, Validate};
 use serde::Serialize;
+use serde_json::json;
 
 use super::input::on_threads;
 use super::output::prepare_file;
@@ -105,58 +105,17 @@ impl RepairOutcome {
     }
 }
 
-/// What `--json` prints.
-#[derive(Serialize)]
-struct Report {
-    file: String,
-    #[serde(flatten)]
-    outcome: RepairOutcome,
-    holes: Vec<Hole>,
-    before: Size,
-    after: Size,
-    seconds: f64,
-}
-
-#[derive(Serialize)]
-struct Hole {
-    edges: usize,
-    length_m: f64,
-    diameter_m: f64,
-    patch_area_m2: f64,
-}
-
-impl From<&FilledHole> for Hole {
-    fn from(hole: &FilledHole) -> Self {
-        Self {
-            edges: hole.edges,
-            length_m: hole.length,
-            diameter_m: hole.diameter,
-            patch_area_m2: hole.area,
-        }
-    }
-}
-
-#[derive(Serialize)]
-struct Size {
-    vertices: usize,
-    faces: usize,
-    components: usize,
-    euler_number: i64,
-    /// Of an open surface, this depends on where the origin is.
-    signed_volume_m3: f64,
-}
-
-impl Size {
-    fn of(mesh: &TriangleMesh) -> Self {
-        let topology = topology(mesh);
-        Self {
-            vertices: mesh.vertices.len(),
-            faces: mesh.faces.len(),
-            components: topology.components,
-            euler_number: topology.euler_number,
-            signed_volume_m3: signed_volume(mesh),
-        }
-    }
+/// Counts and measures of a mesh, as `--json` has them. The signed volume of an open surface depends on where the origin
+/// is.
+fn described(mesh: &TriangleMesh) -> serde_json::Value {
+    let topology = topology(mesh);
+    json!({
+        "vertices": mesh.vertices.len(),
+        "faces": mesh.faces.len(),
+        "components": topology.components,
+        "euler_number": topology.euler_number,
+        "signed_volume_m3": signed_volume(mesh),
+    })
 }
 
 pub(crate) fn run(arguments: &Arguments) -> Result<()> {
@@ -165,9 +124,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
 
 fn mend(arguments: &Arguments) -> Result<()> {
     let scale = arguments.scale;
-    if !(scale.is_finite() && scale > 0.0) {
-        bail!("--scale is {scale}; it must be a positive number");
-    }
+    POSITIVE.check("--scale", &scale)?;
     let settings = RepairSettings {
         resurface: arguments.resurface,
         resolution: arguments.resolution,
@@ -181,65 +138,68 @@ fn mend(arguments: &Arguments) -> Result<()> {
     prepare_file(&arguments.output, "-o")?;
     let started = Instant::now();
     let progress = Progress::start(&format!("repair of {name}"), 1, arguments.quiet);
-    let RepairedMesh {
-        mesh: repaired,
-        report,
-    } = repair(&mesh, &settings, &name)?;
+    let repaired = repair(&mesh, &settings, &name)?;
     progress.finish();
     let seconds = started.elapsed().as_secs_f64();
-    save_mesh(&repaired, &arguments.output)?;
+    save_mesh(&repaired.mesh, &arguments.output)?;
 
-    let report = Report {
-        file: arguments.output.to_string_lossy().into_owned(),
-        holes: report.holes.iter().map(Hole::from).collect(),
-        outcome: RepairOutcome::of(&report),
-        before: Size::of(&mesh),
-        after: Size::of(&repaired),
-        seconds,
-    };
     if arguments.json {
-        return print_json(&report);
+        let holes = repaired.report.holes.iter().map(|hole| {
+            json!({
+                "edges": hole.edges,
+                "length_m": hole.length,
+                "diameter_m": hole.diameter,
+                "patch_area_m2": hole.area,
+            })
+        });
+        let mut value = serde_json::to_value(RepairOutcome::of(&repaired.report))?;
+        value["file"] = arguments.output.to_string_lossy().into();
+        value["holes"] = holes.collect();
+        value["before"] = described(&mesh);
+        value["after"] = described(&repaired.mesh);
+        value["seconds"] = seconds.into();
+        return print_json(&value);
     }
-    print(&text(&report))
+    print(&format!(
+        "{}: {} in {seconds:.1} s\n{}",
+        arguments.output.display(),
+        repaired.report.tier.name(),
+        text(&mesh, &repaired)
+    ))
 }
 
 /// The report for people.
-fn text(report: &Report) -> String {
-    let (before, after, outcome) = (&report.before, &report.after, &report.outcome);
+fn text(before: &TriangleMesh, RepairedMesh { mesh, report }: &RepairedMesh) -> String {
+    let parts = topology(mesh);
     let mut text = format!(
-        "{}: {} in {:.1} s\n  {}\n  faces {} -> {}, vertices {} -> {}; {} part{}, Euler number {}, volume {:.2} cm3\n",
-        report.file,
-        outcome.tier,
-        report.seconds,
-        outcome.summary,
-        before.faces,
-        after.faces,
-        before.vertices,
-        after.vertices,
-        after.components,
-        if after.components == 1 { "" } else { "s" },
-        after.euler_number,
-        CM3_PER_M3 * after.signed_volume_m3
+        "  {}\n  faces {} -> {}, vertices {} -> {}; {} part{}, Euler number {}, volume {:.2} cm3\n",
+        report.summary(),
+        before.faces.len(),
+        mesh.faces.len(),
+        before.vertices.len(),
+        mesh.vertices.len(),
+        parts.components,
+        if parts.components == 1 { "" } else { "s" },
+        parts.euler_number,
+        CM3_PER_M3 * signed_volume(mesh)
     );
     if report.holes.is_empty() {
         return text;
     }
     text += "  holes   edges  length mm  across mm  patch cm2\n";
     for (index, hole) in report.holes.iter().take(LISTED_HOLES).enumerate() {
-        // Writing to a string cannot fail.
-        let _ = writeln!(
-            text,
-            "  {:>5}  {:>6}  {:>9.1}  {:>9.1}  {:>9.2}",
+        text += &format!(
+            "  {:>5}  {:>6}  {:>9.1}  {:>9.1}  {:>9.2}\n",
             index + 1,
             hole.edges,
-            MM_PER_M * hole.length_m,
-            MM_PER_M * hole.diameter_m,
-            CM2_PER_M2 * hole.patch_area_m2
+            MM_PER_M * hole.length,
+            MM_PER_M * hole.diameter,
+            CM2_PER_M2 * hole.area
         );
     }
     let rest = report.holes.len().saturating_sub(LISTED_HOLES);
     if rest > 0 {
-        let _ = writeln!(text, "  and {rest} smaller ones (--json lists all)");
+        text += &format!("  and {rest} smaller ones (--json lists all)\n");
     }
     text
 }

@@ -3,10 +3,11 @@
 use std::path::PathBuf;
 use std::time::Instant;
 
-use anyhow::{Context, Result, bail};
+use anyhow::{Context, Result};
 use clap::Args;
 use clap::builder::NonEmptyStringValueParser;
 use graspd_geom::{DepthNoise, ScanSettings, TurntableViews, scan_on_turntable};
+use graspd_settings::NOT_NEGATIVE;
 
 use super::input::{RepairChoice, load_object, on_threads};
 use super::output::prepare_folder;
@@ -59,9 +60,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
 
 fn scan(arguments: &Arguments) -> Result<()> {
     let views = spread_views(arguments.views)?;
-    if !(arguments.noise.is_finite() && arguments.noise >= 0.0) {
-        bail!("--noise is {}; it must be 0 or more", arguments.noise);
-    }
+    NOT_NEGATIVE.check("--noise", &arguments.noise)?;
     let object = load_object(
         &arguments.object,
         arguments.scale,

@@ -3,14 +3,15 @@
 use std::path::PathBuf;
 use std::time::Instant;
 
-use anyhow::{Context, Result, bail};
+use anyhow::{Context, Result};
 use clap::Args;
 use clap::builder::NonEmptyStringValueParser;
 use graspd::{PAPER_PADDING, PAPER_RESOLUTION, write_atomically};
 use graspd_geom::{SdfGrid, SdfSampling, SignedDistance};
+use graspd_settings::{NOT_NEGATIVE, between};
 
 use super::cache::CacheChoice;
-use super::input::{RepairChoice, check_resolution, load_object, on_threads};
+use super::input::{RepairChoice, load_object, on_threads};
 use super::output::prepare_file;
 use crate::console::{print, print_json};
 use crate::progress::Progress;
@@ -55,17 +56,9 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
 }
 
 fn build(arguments: &Arguments) -> Result<()> {
-    check_resolution(arguments.resolution)?;
-    for (flag, length) in [
-        ("--padding", Some(arguments.padding)),
-        ("--band", arguments.band),
-    ] {
-        if let Some(length) = length
-            && !(length.is_finite() && length >= 0.0)
-        {
-            bail!("{flag} is {length}; it must be a length in metres, 0 or more");
-        }
-    }
+    between(2.0, 1024.0).check("--resolution", &arguments.resolution)?;
+    NOT_NEGATIVE.check("--padding", &arguments.padding)?;
+    NOT_NEGATIVE.check("--band", &arguments.band)?;
     let object = load_object(
         &arguments.object,
         arguments.scale,

@@ -7,7 +7,6 @@ use graspd::{GraspRecord, NamedMesh};
 use graspd_hand::{Hand, HandPose, LoadOptions, load_hand, load_hand_from};
 
 use super::input::{RepairChoice, load_object};
-use super::output::RecordedSkin;
 use crate::console::warn;
 
 /// Joints may lie this far beyond their limits without a word \[rad or m\]: rounding, and optimisers that treat
@@ -18,7 +17,7 @@ const LIMIT_TOLERANCE: f64 = 0.1;
 const SHAPE_TOLERANCE: f64 = 1e-3;
 
 /// Each scale of an object is an object of its own, decomposed and kept in memory.
-const MOST_SCALES: usize = 32;
+const MAX_SCALES: usize = 32;
 
 /// The hand that is asked for, or else that the records name.
 pub(crate) fn hand_of(
@@ -66,8 +65,9 @@ fn recorded_hand(records: &Path, given: &LoadOptions) -> Option<(String, LoadOpt
     let mirrored = run.get("hand_mirrored").and_then(toml::Value::as_bool);
     options.mirrored = mirrored.unwrap_or(false);
     let skin = run.get("hand_skin").cloned();
-    let skin = skin.and_then(|skin| skin.try_into::<RecordedSkin>().ok());
-    options.skin = skin.map(RecordedSkin::options).unwrap_or_default();
+    options.skin = skin
+        .and_then(|skin| skin.try_into().ok())
+        .unwrap_or_default();
     let folders = run.get("package_paths").and_then(toml::Value::as_array);
     let folders = folders
         .into_iter()
@@ -160,9 +160,9 @@ pub(crate) fn objects_of(
             scales.push(scale);
         }
     }
-    if scales.len() > MOST_SCALES {
+    if scales.len() > MAX_SCALES {
         bail!(
-            "{}: the grasps are for {} scales of the object, more than {MOST_SCALES}; evaluate them in parts, or set --scale",
+            "{}: the grasps are for {} scales of the object, more than {MAX_SCALES}; evaluate them in parts, or set --scale",
             file.display(),
             scales.len()
         );

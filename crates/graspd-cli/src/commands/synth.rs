@@ -16,7 +16,7 @@ use graspd::{
     synthesize_grasps,
 };
 use graspd_geom::SdfSampling;
-use graspd_hand::{Hand, HandPose, LoadOptions};
+use graspd_hand::{Hand, HandPose, LoadOptions, SkinOptions};
 use serde::Serialize;
 
 use super::cache::CacheChoice;
@@ -25,8 +25,8 @@ use super::input::{
     HandLoading, RepairChoice, load_hand_to_scale, load_object, on_threads, prepare_object,
 };
 use super::output::{
-    Machine, RecordedSkin, RunDescription, prepare_file, prepare_folder, remove_leftovers,
-    write_meshes, write_results, write_run, write_trajectories,
+    Machine, RunDescription, prepare_file, prepare_folder, remove_leftovers, write_meshes,
+    write_results, write_run, write_trajectories,
 };
 use super::repair::RepairOutcome;
 use super::view::pictures;
@@ -310,7 +310,7 @@ fn write(
                 cores: std::thread::available_parallelism().ok().map(NonZero::get),
                 threads: rayon::current_num_threads(),
             },
-            hand_skin: RecordedSkin::of(&loading.skin),
+            hand_skin: Some(&loading.skin).filter(|skin| **skin != SkinOptions::default()),
             object_repair: object.source.repair.as_ref().map(RepairOutcome::of),
             settings,
             execution: &run.execution,

@@ -38,7 +38,7 @@ fn values_out_of_range_name_the_setting_and_what_it_must_be() {
     }
     for padding in ["-0.01", "NaN", "inf"] {
         let sdf = graspd(["sdf", "mug", "-o", run, "--padding", padding]);
-        sdf.fails_at_once(&["--padding", "0 or more"]);
+        sdf.fails_at_once(&["--padding", "at least 0"]);
     }
     assert!(
         !folder.path().join("run").exists(),

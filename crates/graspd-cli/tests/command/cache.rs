@@ -169,6 +169,6 @@ fn the_cache_can_be_looked_at_and_cleared() {
 #[test]
 fn a_band_that_is_no_length_is_refused() {
     for band in ["-0.01", "nan", "inf"] {
-        graspd(["sdf", "box", "--band", band]).fails_at_once(&["--band is", "0 or more"]);
+        graspd(["sdf", "box", "--band", band]).fails_at_once(&["`--band` is", "at least 0"]);
     }
 }

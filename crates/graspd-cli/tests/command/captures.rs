@@ -310,8 +310,8 @@ fn mistakes_are_told_before_the_work() {
     let (capture, mesh) = (at("capture"), at("mesh.obj"));
     let scan = |more: &[&str]| graspd([&["scan", "can", "-o", text(&capture)], more].concat());
     scan(&["--views", "14"]).fails_at_once(&["--views is 14", "multiple of 3"]);
-    scan(&["--noise", "-1"]).fails_at_once(&["--noise is -1", "0 or more"]);
-    scan(&["--noise", "nan"]).fails_at_once(&["--noise", "0 or more"]);
+    scan(&["--noise", "-1"]).fails_at_once(&["`--noise` is -1", "at least 0"]);
+    scan(&["--noise", "nan"]).fails_at_once(&["--noise", "at least 0"]);
     scan(&["--scale", "5"]).fails(&["can", "reach", "0.25"]);
     graspd(["scan", "no.obj", "-o", text(&capture)]).fails_at_once(&["no.obj", "no such file"]);
     graspd(["scan", "can"]).fails_as_wrong_usage("--output");
