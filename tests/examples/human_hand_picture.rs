@@ -7,7 +7,7 @@ use std::error::Error;
 
 use graspd_geom::{Quaternion, Vec3};
 use graspd_hand::{Hand, HandPose, SkinnedHand, SkinnedHandOptions, human};
-use graspd_view::{Camera, Color, Image, Lens, Scene, Shading, Surface, ViewError, render, tile};
+use graspd_view::{Camera, Color, Image, Scene, Shading, Surface, ViewError, render, tile};
 use nalgebra::Vector3;
 
 /// Width and height of each panel \[pixels\].
@@ -92,6 +92,6 @@ fn picture(
     };
     let (width, height) = PANEL;
     let aspect = width as f64 / height as f64;
-    let camera = Camera::framing(scene.points(), towards_viewer, up, Lens::default(), aspect);
+    let camera = Camera::framing(scene.points(), towards_viewer, up, aspect);
     render(&scene, &camera, width, height)
 }

@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use std::time::Instant;
 
 use graspd_geom::load_mesh;
-use graspd_view::{Camera, Color, Lens, Scene, Shading, Surface, render, tile};
+use graspd_view::{Camera, Color, Scene, Shading, Surface, render, tile};
 use nalgebra::Vector3;
 
 fn main() -> Result<(), Box<dyn Error>> {
@@ -58,13 +58,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         .iter()
         .map(|view| {
             let towards_viewer = Vector3::from(*view);
-            let camera = Camera::framing(
-                scene.points(),
-                towards_viewer,
-                Vector3::z(),
-                Lens::default(),
-                aspect,
-            );
+            let camera = Camera::framing(scene.points(), towards_viewer, Vector3::z(), aspect);
             render(&scene, &camera, width, height)
         })
         .collect::<Result<Vec<_>, _>>()?;

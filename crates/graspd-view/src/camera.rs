@@ -4,30 +4,6 @@ use nalgebra::{Point3, Vector3};
 
 use crate::{Scene, ViewError};
 
-/// How the camera maps space to the picture.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Lens {
-    /// Nearer things look larger.
-    Perspective {
-        /// Angle between the upper and the lower edge of the picture \[rad\], below pi.
-        vertical_angle: f64,
-    },
-    /// Parallel lines stay parallel; everything on a line of sight is drawn, also behind the eye.
-    Orthographic {
-        /// Distance between the upper and the lower edge of the picture \[m\].
-        height: f64,
-    },
-}
-
-impl Default for Lens {
-    /// A mild perspective of 26 degrees.
-    fn default() -> Self {
-        Self::Perspective {
-            vertical_angle: 26f64.to_radians(),
-        }
-    }
-}
-
 /// A camera that looks from an eye at a target.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Camera {
@@ -37,8 +13,8 @@ pub struct Camera {
     pub target: Point3<f64>,
     /// What points up on the picture; need not be orthogonal to the line of sight.
     pub up: Vector3<f64>,
-    /// Perspective or not.
-    pub lens: Lens,
+    /// Angle between the upper and the lower edge of the picture \[rad\], below pi.
+    pub vertical_angle: f64,
 }
 
 /// The unit axes of a picture in space: right, up, and backward (towards the viewer).
@@ -76,16 +52,18 @@ impl PictureAxes {
 }
 
 impl Camera {
+    /// The vertical angle of cameras that frame something \[rad\]: a mild perspective.
+    pub const VERTICAL_ANGLE: f64 = 26f64.to_radians();
+
     /// The camera in direction `towards_viewer` of the points, as near as it can be with all of them in the
     /// picture and a small margin around them.
     ///
-    /// `aspect` is the picture's width over its height. For an orthographic lens the height given is overwritten.
-    /// Without a (finite) point, a cube of 20 cm about the origin is framed.
+    /// `aspect` is the picture's width over its height. Without a (finite) point, a cube of 20 cm about the origin is
+    /// framed.
     pub fn framing(
         points: impl IntoIterator<Item = Point3<f64>>,
         towards_viewer: Vector3<f64>,
         up: Vector3<f64>,
-        lens: Lens,
         aspect: f64,
     ) -> Self {
         /// The part of the picture's half width and half height that the points may fill.
@@ -93,13 +71,8 @@ impl Camera {
         let axes = PictureAxes::new(towards_viewer, up)
             .or_else(|| PictureAxes::new(Vector3::x(), Vector3::z()))
             .expect("x and z are orthogonal");
-        let mut extent = Extent::new(match lens {
-            Lens::Perspective { vertical_angle } => {
-                let slope = FILL * (0.5 * vertical_angle).tan();
-                [1.0 / (slope * aspect), 1.0 / slope]
-            }
-            Lens::Orthographic { .. } => [1.0, 1.0],
-        });
+        let slope = FILL * (0.5 * Self::VERTICAL_ANGLE).tan();
+        let mut extent = Extent::new([1.0 / (slope * aspect), 1.0 / slope]);
         // Coordinates are taken about one of the points, so that a scene far from the origin keeps its precision.
         let mut points = points
             .into_iter()
@@ -107,17 +80,12 @@ impl Camera {
             .peekable();
         let reference = points.peek().copied().unwrap_or(Point3::origin());
         for p in points {
-            extent.add(
-                &axes,
-                p - reference,
-                matches!(lens, Lens::Perspective { .. }),
-            );
+            extent.add(&axes, p - reference);
         }
         if extent.is_empty() {
             for corner in 0..8 {
                 let half = |bit: usize| if corner >> bit & 1 == 1 { 0.1 } else { -0.1 };
-                let offset = Vector3::new(half(0), half(1), half(2));
-                extent.add(&axes, offset, matches!(lens, Lens::Perspective { .. }));
+                extent.add(&axes, Vector3::new(half(0), half(1), half(2)));
             }
         }
         let [across, upward] = extent.centers();
@@ -126,54 +94,18 @@ impl Camera {
         // Nothing has zero size: a single point is seen from a millimetre.
         let [half_width, half_height] = extent.halves();
         let reach = half_width.max(half_height).max(1e-3);
-        let (lens, distance) = match lens {
-            Lens::Perspective { .. } => (lens, (reach - middle).max(1e-3)),
-            Lens::Orthographic { .. } => {
-                let height = 2.0 / FILL * half_height.max(half_width / aspect).max(1e-3);
-                let depth = extent.back[1] - extent.back[0];
-                (Lens::Orthographic { height }, depth + height)
-            }
-        };
         Self {
-            eye: target + axes.back * distance,
+            eye: target + axes.back * (reach - middle).max(1e-3),
             target,
             up: axes.up,
-            lens,
+            vertical_angle: Self::VERTICAL_ANGLE,
         }
-    }
-
-    /// The camera that frames an axis-aligned box, as [`Camera::framing`] of its corners.
-    pub fn framing_box(
-        low: Point3<f64>,
-        high: Point3<f64>,
-        towards_viewer: Vector3<f64>,
-        up: Vector3<f64>,
-        lens: Lens,
-        aspect: f64,
-    ) -> Self {
-        let corners = (0..8).map(|corner| {
-            let pick = |axis: usize| {
-                if corner >> axis & 1 == 1 {
-                    high[axis]
-                } else {
-                    low[axis]
-                }
-            };
-            Point3::new(pick(0), pick(1), pick(2))
-        });
-        Self::framing(corners, towards_viewer, up, lens, aspect)
     }
 
     /// The whole scene from the front right and above, z up.
     pub fn three_quarter(scene: &Scene<'_>, aspect: f64) -> Self {
         let towards_viewer = direction(35f64.to_radians(), 24f64.to_radians());
-        Self::framing(
-            scene.points(),
-            towards_viewer,
-            Vector3::z(),
-            Lens::default(),
-            aspect,
-        )
+        Self::framing(scene.points(), towards_viewer, Vector3::z(), aspect)
     }
 
     /// The picture's axes.
@@ -190,20 +122,10 @@ impl Camera {
                 "a coordinate of eye, target or up is not finite",
             ));
         }
-        match self.lens {
-            Lens::Perspective { vertical_angle }
-                if !(vertical_angle > 0.0 && vertical_angle < std::f64::consts::PI) =>
-            {
-                return Err(ViewError::Camera(
-                    "the vertical angle must lie between 0 and pi",
-                ));
-            }
-            Lens::Orthographic { height } if !(height > 0.0 && height.is_finite()) => {
-                return Err(ViewError::Camera(
-                    "the height of the view must be positive and finite",
-                ));
-            }
-            _ => {}
+        if !(self.vertical_angle > 0.0 && self.vertical_angle < std::f64::consts::PI) {
+            return Err(ViewError::Camera(
+                "the vertical angle must lie between 0 and pi",
+            ));
         }
         PictureAxes::new(self.eye - self.target, self.up)
             .ok_or(ViewError::Camera("the eye is at the target"))
@@ -221,9 +143,9 @@ pub(crate) fn direction(azimuth: f64, elevation: f64) -> Vector3<f64> {
 
 /// Supports of a set of points in the directions of the picture's edges.
 ///
-/// A perspective camera at height D above the reference plane sees the point (x, z) if |x - c| <= s (D - z), that
-/// is D >= (z + x/s) - c/s and D >= (z - x/s) + c/s. With A and B the largest z + x/s and z - x/s, the lowest D is
-/// (A + B)/2 at c = s (A - B)/2. With s = 1 and z = 0 the same formulae give centre and half extent.
+/// A camera at height D above the reference plane sees the point (x, z) if |x - c| <= s (D - z), that is
+/// D >= (z + x/s) - c/s and D >= (z - x/s) + c/s. With A and B the largest z + x/s and z - x/s, the lowest D is
+/// (A + B)/2 at c = s (A - B)/2.
 struct Extent {
     inverse_slopes: [f64; 2],
     supports: [[f64; 2]; 2],
@@ -238,14 +160,13 @@ impl Extent {
             back: [f64::INFINITY, f64::NEG_INFINITY],
         }
     }
-    fn add(&mut self, axes: &PictureAxes, offset: Vector3<f64>, is_perspective: bool) {
+    fn add(&mut self, axes: &PictureAxes, offset: Vector3<f64>) {
         let back = axes.back.dot(&offset);
         self.back = [self.back[0].min(back), self.back[1].max(back)];
-        let depth = if is_perspective { back } else { 0.0 };
         for (edge, axis) in [axes.right, axes.up].iter().enumerate() {
             let lateral = axis.dot(&offset) * self.inverse_slopes[edge];
             let [above, below] = self.supports[edge];
-            self.supports[edge] = [above.max(depth + lateral), below.max(depth - lateral)];
+            self.supports[edge] = [above.max(back + lateral), below.max(back - lateral)];
         }
     }
     fn is_empty(&self) -> bool {

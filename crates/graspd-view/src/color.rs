@@ -16,24 +16,13 @@ impl Color {
     pub const SAGE: Self = Self::new(148, 172, 132);
     /// Brick red.
     pub const BRICK: Self = Self::new(190, 98, 82);
-    /// Muted violet.
-    pub const HEATHER: Self = Self::new(151, 132, 174);
-    /// Yellow ochre.
-    pub const OCHRE: Self = Self::new(214, 170, 88);
     /// Light neutral grey.
     pub const GREY: Self = Self::new(190, 190, 188);
     /// White.
     pub const WHITE: Self = Self::new(255, 255, 255);
 
     /// The colours that tell several objects of one scene apart, in the order to use them.
-    pub const PALETTE: [Self; 6] = [
-        Self::SLATE,
-        Self::SAND,
-        Self::SAGE,
-        Self::BRICK,
-        Self::HEATHER,
-        Self::OCHRE,
-    ];
+    pub const PALETTE: [Self; 4] = [Self::SLATE, Self::SAND, Self::SAGE, Self::BRICK];
 
     /// The colour of these sRGB channels.
     pub const fn new(red: u8, green: u8, blue: u8) -> Self {
@@ -68,7 +57,7 @@ impl Color {
     }
 
     /// The channels as linear light, 0 to 1.
-    pub fn to_linear(self) -> [f32; 3] {
+    pub(crate) fn to_linear(self) -> [f32; 3] {
         self.srgb.map(|channel| {
             let s = f32::from(channel) / 255.0;
             if s <= 0.04045 {
@@ -80,7 +69,7 @@ impl Color {
     }
 
     /// The colour of linear light; what is brighter than white is clamped.
-    pub fn from_linear(light: [f32; 3]) -> Self {
+    pub(crate) fn from_linear(light: [f32; 3]) -> Self {
         Self {
             srgb: light.map(|l| {
                 let l = l.clamp(0.0, 1.0);

@@ -4,7 +4,8 @@ use graspd_geom::{Quaternion, Vec3};
 use graspd_hand::{Hand, HandPose, PointBuffer};
 use nalgebra::{Isometry3, Matrix3, Rotation3, Translation3, UnitQuaternion, Vector3};
 
-use crate::{Camera, Color, Dot, Image, Lens, Scene, Shading, Surface, ViewError, render, tile};
+use crate::grasp::aspect;
+use crate::{Camera, Color, Dot, Image, Scene, Shading, Surface, ViewError, render, tile};
 
 /// Radius of a contact point's mark \[m\].
 const DOT_RADIUS: f64 = 6e-4;
@@ -79,13 +80,7 @@ fn picture(
         .bounds()
         .map_or(0.1, |(low, high)| (high - low).max());
     scene.push_axes(&frame, AXIS_SHARE * size);
-    let aspect = width as f64 / height.max(1) as f64;
-    let camera = Camera::framing(
-        scene.points(),
-        towards_viewer,
-        palm.fingers,
-        Lens::default(),
-        aspect,
-    );
+    let panel = (width, height);
+    let camera = Camera::framing(scene.points(), towards_viewer, palm.fingers, aspect(panel));
     render(&scene, &camera, width, height)
 }

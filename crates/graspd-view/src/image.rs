@@ -53,7 +53,7 @@ impl Image {
     }
 
     /// The pixels, to be written.
-    pub fn pixels_mut(&mut self) -> &mut [[u8; 3]] {
+    pub(crate) fn pixels_mut(&mut self) -> &mut [[u8; 3]] {
         &mut self.pixels
     }
 
@@ -113,7 +113,7 @@ impl Image {
     }
 
     /// Copies `other` into this picture with its upper left corner at (`x`, `y`); what falls outside is cut off.
-    pub fn paste(&mut self, other: &Self, x: usize, y: usize) {
+    pub(crate) fn paste(&mut self, other: &Self, x: usize, y: usize) {
         if x >= self.width {
             return;
         }

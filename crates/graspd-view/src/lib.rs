@@ -1,7 +1,7 @@
 //! Pictures of meshes and grasps, drawn in software: no GPU, no window, the same bytes on every machine of a kind.
 //!
 //! A [`Scene`] holds surfaces, dots and segments in one frame; a [`Camera`] looks at it; [`render`] gives an
-//! [`Image`]. [`render_grasp`] does all of it for a hand on an object:
+//! [`Image`]. [`render_hand_pose`] does all of it for a hand on an object:
 //!
 //! ```
 //! use graspd_geom::TriangleMesh;
@@ -38,11 +38,11 @@ mod render;
 mod scene;
 mod sheet;
 
-pub use camera::{Camera, Lens};
+pub use camera::Camera;
 pub use color::Color;
 pub use contact::{ContactForce, contact_dots};
 pub use error::ViewError;
-pub use grasp::{palm_in_object_frame, render_grasp, render_hand_pose};
+pub use grasp::render_hand_pose;
 pub use hand::render_hand;
 pub use image::{Image, tile};
 pub use page::{GraspPage, Keyframe, LossName, MetricColumn, Optimization, PageGrasp, page_html};

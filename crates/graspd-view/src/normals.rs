@@ -43,7 +43,7 @@ pub(crate) fn shaded_faces(mesh: &TriangleMesh, shading: Shading) -> Vec<ShadedF
 fn smooth(faces: &mut [ShadedFace], crease_cosine: f64) {
     /// Beyond this many faces about a vertex (the tip of a cone, a broken file) it is left as a crease: the sums
     /// below are quadratic in the number.
-    const MOST_FACES_ABOUT_A_VERTEX: usize = 256;
+    const MAX_FACES_ABOUT_A_VERTEX: usize = 256;
 
     let mut place_of = HashMap::with_capacity(faces.len());
     let mut about: Vec<Vec<(u32, f64)>> = Vec::new();
@@ -66,7 +66,7 @@ fn smooth(faces: &mut [ShadedFace], crease_cosine: f64) {
     for (face, places) in faces.iter_mut().zip(&places) {
         let own = face.normals[0];
         for (normal, place) in face.normals.iter_mut().zip(places) {
-            if about[*place].len() > MOST_FACES_ABOUT_A_VERTEX {
+            if about[*place].len() > MAX_FACES_ABOUT_A_VERTEX {
                 continue;
             }
             let sum: Vector3<f64> = about[*place]

@@ -78,7 +78,6 @@ impl Canvas<'_> {
         let along = [ends[1][0] - ends[0][0], ends[1][1] - ends[0][1]];
         let length_squared = along[0] * along[0] + along[1] * along[1];
         let color = segment.color.to_linear();
-        let projection = self.projection;
         self.blend_within(ends, 0.5 * segment.width, |x, y| {
             let offset = [x - ends[0][0], y - ends[0][1]];
             let t = if length_squared > 0.0 {
@@ -87,7 +86,7 @@ impl Canvas<'_> {
                 0.0
             };
             let distance = (offset[0] - t * along[0]).hypot(offset[1] - t * along[1]);
-            let depth = projection.depth(from.nearness + t * (to.nearness - from.nearness));
+            let depth = 1.0 / (from.nearness + t * (to.nearness - from.nearness));
             (distance, depth, color)
         });
     }
@@ -116,8 +115,8 @@ impl Canvas<'_> {
                 }
                 let pixel = row * self.width + column;
                 let behind = self.nearness[pixel];
-                let is_hidden = behind > f32::NEG_INFINITY
-                    && depth > self.projection.depth(f64::from(behind)) * (1.0 + 1e-4);
+                let is_hidden =
+                    behind > f32::NEG_INFINITY && depth > 1.0 / f64::from(behind) * (1.0 + 1e-4);
                 let opacity = coverage * if is_hidden { HIDDEN_OPACITY } else { 1.0 };
                 for (light, channel) in self.light[pixel].iter_mut().zip(color) {
                     *light += opacity * (channel - *light);

@@ -3,7 +3,7 @@
 use nalgebra::{Point3, Vector3};
 
 use crate::camera::PictureAxes;
-use crate::{Camera, Lens, ViewError};
+use crate::{Camera, ViewError};
 
 /// Corners further than this from the picture's centre \[half widths or heights\] are cut off, so that grid
 /// coordinates stay small integers.
@@ -15,9 +15,8 @@ pub(crate) struct Projection {
     eye: Point3<f64>,
     /// Sample columns and rows.
     size: [f64; 2],
-    /// Samples per unit of x/z (perspective) or of x (orthographic).
+    /// Samples per unit of x/z.
     scale: f64,
-    is_perspective: bool,
     near: f64,
 }
 
@@ -26,7 +25,7 @@ pub(crate) struct Projection {
 pub(crate) struct GridPoint {
     /// Column and row \[samples\].
     pub(crate) position: [f64; 2],
-    /// Grows towards the viewer and is linear on the grid over a plane: 1/depth or -depth.
+    /// Grows towards the viewer and is linear on the grid over a plane: 1/depth \[1/m\], or a height towards a lamp.
     pub(crate) nearness: f64,
 }
 
@@ -35,18 +34,11 @@ impl Projection {
     /// [`ViewError::Camera`].
     pub(crate) fn new(camera: &Camera, columns: usize, rows: usize) -> Result<Self, ViewError> {
         let axes = camera.axes()?;
-        let (scale, is_perspective) = match camera.lens {
-            Lens::Perspective { vertical_angle } => {
-                (0.5 * rows as f64 / (0.5 * vertical_angle).tan(), true)
-            }
-            Lens::Orthographic { height } => (rows as f64 / height, false),
-        };
         Ok(Self {
             axes,
             eye: camera.eye,
             size: [columns as f64, rows as f64],
-            scale,
-            is_perspective,
+            scale: 0.5 * rows as f64 / (0.5 * camera.vertical_angle).tan(),
             near: 1e-3 * (camera.eye - camera.target).norm(),
         })
     }
@@ -60,36 +52,26 @@ impl Projection {
 
     /// A point in view coordinates, in front of the eye, on the grid.
     fn to_grid(&self, view: Vector3<f64>) -> GridPoint {
-        let (scale, nearness) = if self.is_perspective {
-            (self.scale / view.z, 1.0 / view.z)
-        } else {
-            (self.scale, -view.z)
-        };
+        let scale = self.scale / view.z;
         GridPoint {
             position: [
                 0.5 * self.size[0] + scale * view.x,
                 0.5 * self.size[1] - scale * view.y,
             ],
-            nearness,
+            nearness: 1.0 / view.z,
         }
     }
 
     /// The planes n . p + d >= 0 within which corners are kept.
     fn guard_planes(&self) -> [(Vector3<f64>, f64); 5] {
         let reach = self.size.map(|size| GUARD * 0.5 * size / self.scale);
-        let (near, toward, constant) = if self.is_perspective {
-            ((Vector3::z(), -self.near), 1.0, 0.0)
-        } else {
-            // Everything on a line of sight is seen.
-            ((Vector3::zeros(), 1.0), 0.0, 1.0)
-        };
         let side = |axis: usize, sign: f64| {
-            let mut normal = Vector3::new(0.0, 0.0, toward * reach[axis]);
+            let mut normal = Vector3::new(0.0, 0.0, reach[axis]);
             normal[axis] = sign;
-            (normal, constant * reach[axis])
+            (normal, 0.0)
         };
         [
-            near,
+            (Vector3::z(), -self.near),
             side(0, 1.0),
             side(0, -1.0),
             side(1, 1.0),
@@ -125,8 +107,8 @@ impl Projection {
     /// A point on the grid and its depth \[m\]; `None` behind the eye or where it is not finite.
     pub(crate) fn project_point(&self, point: Point3<f64>) -> Option<(GridPoint, f64)> {
         let view = self.to_view(point);
-        let is_seen = !self.is_perspective || view.z > self.near;
-        (is_seen && view.iter().all(|c| c.is_finite())).then(|| (self.to_grid(view), view.z))
+        let is_seen = view.z > self.near && view.iter().all(|c| c.is_finite());
+        is_seen.then(|| (self.to_grid(view), view.z))
     }
 
     /// The part of a segment that is in front of the eye and not far outside the picture, by its ends on the grid.
@@ -149,20 +131,7 @@ impl Projection {
 
     /// Samples per metre at this depth.
     pub(crate) fn samples_per_metre(&self, depth: f64) -> f64 {
-        if self.is_perspective {
-            self.scale / depth
-        } else {
-            self.scale
-        }
-    }
-
-    /// The depth \[m\] of a nearness.
-    pub(crate) fn depth(&self, nearness: f64) -> f64 {
-        if self.is_perspective {
-            1.0 / nearness
-        } else {
-            -nearness
-        }
+        self.scale / depth
     }
 
     /// The line of sight through a position on the grid: a point of it and its unit direction away from the viewer.
@@ -171,11 +140,7 @@ impl Projection {
         let x = (position[0] - 0.5 * self.size[0]) / self.scale;
         let y = (0.5 * self.size[1] - position[1]) / self.scale;
         let lateral = right * x + up * y;
-        if self.is_perspective {
-            (self.eye, (lateral - back).normalize())
-        } else {
-            (self.eye + lateral, -back)
-        }
+        (self.eye, (lateral - back).normalize())
     }
 }
 

@@ -2,11 +2,11 @@
 
 use graspd_geom::TriangleMesh;
 use graspd_hand::{Hand, HandPose};
-use nalgebra::{Point3, Vector3};
+use nalgebra::Point3;
 
 use crate::caption::{TextStyle, draw_text};
-use crate::grasp::{grasp_directions, grasp_scene, palm_in_object_frame};
-use crate::{Camera, Color, Dot, Image, Lens, ViewError, render, tile};
+use crate::grasp::{aspect, grasp_directions, grasp_scene};
+use crate::{Camera, Color, Dot, Image, ViewError, render, tile};
 
 /// White around captions \[px\].
 const MARGIN: usize = 8;
@@ -73,9 +73,8 @@ pub fn contact_sheet(
     let pictures = (grasps.iter())
         .map(|grasp| {
             let surface = hand.surface(&grasp.pose);
-            let view = direction_of(object, hand, &grasp.pose, &surface);
             let scene = grasp_scene(object, &surface, &grasp.marks);
-            let camera = framing(scene.points(), view, cell);
+            let camera = framing(scene.points(), hand, &grasp.pose, cell);
             captioned(&render(&scene, &camera, cell.0, cell.1)?, &grasp.caption)
         })
         .collect::<Result<Vec<_>, _>>()?;
@@ -96,12 +95,12 @@ pub fn trajectory_strip(
     let surfaces: Vec<TriangleMesh> = (frames.iter())
         .map(|frame| hand.surface(&frame.pose))
         .collect();
-    let (Some(last), Some(grasp)) = (frames.last(), surfaces.last()) else {
+    let Some(last) = frames.last() else {
         return tile(&[], 1);
     };
-    let view = direction_of(object, hand, &last.pose, grasp);
     let hands = surfaces.iter().flat_map(|surface| &surface.vertices);
-    let camera = framing(object.vertices.iter().chain(hands).copied(), view, panel);
+    let points = object.vertices.iter().chain(hands).copied();
+    let camera = framing(points, hand, &last.pose, panel);
     let pictures = (frames.iter().zip(&surfaces))
         .map(|(frame, surface)| {
             let scene = grasp_scene(object, surface, &frame.marks);
@@ -111,28 +110,13 @@ pub fn trajectory_strip(
     tile(&pictures, pictures.len())
 }
 
-fn direction_of(
-    object: &TriangleMesh,
-    hand: &dyn Hand,
-    pose: &HandPose,
-    surface: &TriangleMesh,
-) -> Vector3<f64> {
-    let palm = palm_in_object_frame(hand.palm(), pose);
-    let [(towards_viewer, _), ..] = grasp_directions(object, surface, Some(&palm));
-    towards_viewer
-}
-
+/// The camera of a grasp in a cell or panel of `size` = (width, height) pixels.
 fn framing(
     points: impl IntoIterator<Item = Point3<f64>>,
-    towards_viewer: Vector3<f64>,
-    (width, height): (usize, usize),
+    hand: &dyn Hand,
+    pose: &HandPose,
+    size: (usize, usize),
 ) -> Camera {
-    let aspect = width as f64 / height.max(1) as f64;
-    Camera::framing(
-        points,
-        towards_viewer,
-        Vector3::z(),
-        Lens::default(),
-        aspect,
-    )
+    let [(towards_viewer, up), ..] = grasp_directions(hand, pose);
+    Camera::framing(points, towards_viewer, up, aspect(size))
 }

@@ -1,9 +1,10 @@
 //! What pictures must show, checked by counting pixels.
 
-use graspd_geom::TriangleMesh;
+use graspd_geom::{Quaternion, TriangleMesh, Vec3};
+use graspd_hand::{HandPose, builtin_hand};
 use graspd_view::{
-    Background, Camera, Color, Dot, Image, Lens, Scene, Segment, Shading, Surface, ViewError,
-    render, render_grasp,
+    Background, Camera, Color, Dot, Image, Scene, Segment, Shading, Surface, ViewError, render,
+    render_hand_pose,
 };
 use nalgebra::{Point3, Vector3};
 
@@ -49,12 +50,12 @@ fn square(height: f64) -> TriangleMesh {
     }
 }
 
-fn from_above(lens: Lens) -> Camera {
+fn from_above(vertical_angle: f64) -> Camera {
     Camera {
         eye: Point3::new(0.0, 0.0, 10.0),
         target: Point3::origin(),
         up: Vector3::y(),
-        lens,
+        vertical_angle,
     }
 }
 
@@ -80,22 +81,9 @@ fn a_sphere_covers_the_area_of_its_silhouette() {
     };
     scene.surfaces.push(Surface::new(&ball, Color::WHITE));
     let size = 400;
-    let height = 3.0;
-    let orthographic = area_of(&scene, &from_above(Lens::Orthographic { height }), size);
-    let pixel = height / size as f64;
-    let exact = std::f64::consts::PI / (pixel * pixel);
-    assert!(
-        (orthographic / exact - 1.0).abs() < 0.01,
-        "{orthographic} {exact}"
-    );
-
     // Seen from a distance d, a sphere fills a cone of half angle asin(1/d).
     let vertical_angle = 17f64.to_radians();
-    let perspective = area_of(
-        &scene,
-        &from_above(Lens::Perspective { vertical_angle }),
-        size,
-    );
+    let perspective = area_of(&scene, &from_above(vertical_angle), size);
     let tangent = 1.0 / (10f64 * 10.0 - 1.0).sqrt();
     let radius = tangent / (0.5 * vertical_angle).tan() * 0.5 * size as f64;
     let exact = std::f64::consts::PI * radius * radius;
@@ -108,7 +96,7 @@ fn a_sphere_covers_the_area_of_its_silhouette() {
 #[test]
 fn the_nearer_surface_hides_the_farther_whatever_their_order() {
     let (near, far) = (square(0.5), square(-0.5));
-    for lens in [Lens::default(), Lens::Orthographic { height: 4.0 }] {
+    for angle in [Camera::VERTICAL_ANGLE, 0.5] {
         for is_near_first in [true, false] {
             let mut scene = Scene::default();
             scene
@@ -120,9 +108,9 @@ fn the_nearer_surface_hides_the_farther_whatever_their_order() {
             if !is_near_first {
                 scene.surfaces.reverse();
             }
-            let image = render(&scene, &from_above(lens), 60, 60).unwrap();
+            let image = render(&scene, &from_above(angle), 60, 60).unwrap();
             let [red, green, _] = image.pixel(30, 30);
-            assert!(red > 100 && green < 60, "{lens:?} {red} {green}");
+            assert!(red > 100 && green < 60, "{angle} {red} {green}");
         }
     }
 }
@@ -230,7 +218,7 @@ fn a_plane_through_the_eye_is_cut_off_behind_it() {
         eye: Point3::origin(),
         target: Point3::new(1.0, 0.0, 0.0),
         up: Vector3::z(),
-        lens: Lens::default(),
+        vertical_angle: Camera::VERTICAL_ANGLE,
     };
     let image = render(&scene, &camera, 50, 50).unwrap();
     for y in 0..50 {
@@ -247,7 +235,6 @@ fn shadows_darken_what_is_under_an_object() {
         floor.vertices.iter().copied(),
         Vector3::new(0.0, -0.3, 1.0),
         Vector3::z(),
-        Lens::default(),
         1.0,
     );
     let brightness = |surfaces: Vec<Surface<'_>>| -> u64 {
@@ -271,7 +258,8 @@ fn shadows_darken_what_is_under_an_object() {
 #[test]
 fn dots_and_segments_show_fully_in_front_and_faintly_behind() {
     let wall = square(0.0);
-    let lens = Lens::Orthographic { height: 3.0 };
+    // Three units of height at the origin.
+    let angle = 2.0 * 0.15_f64.atan();
     let marked = |height: f64| {
         let mut scene = Scene {
             surfaces: vec![Surface::new(&wall, Color::WHITE)],
@@ -289,7 +277,7 @@ fn dots_and_segments_show_fully_in_front_and_faintly_behind() {
             width: 4.0,
             color: red,
         });
-        let image = render(&scene, &from_above(lens), 90, 90).unwrap();
+        let image = render(&scene, &from_above(angle), 90, 90).unwrap();
         [image.pixel(60, 45), image.pixel(30, 45)].map(|p| i32::from(p[0]) - i32::from(p[1]))
     };
     for (front, behind) in marked(0.3).into_iter().zip(marked(-0.3)) {
@@ -311,13 +299,13 @@ fn dots_and_segments_show_fully_in_front_and_faintly_behind() {
         }],
         ..Scene::default()
     };
-    render(&scene, &from_above(Lens::default()), 10, 10).unwrap();
+    render(&scene, &from_above(Camera::VERTICAL_ANGLE), 10, 10).unwrap();
 }
 
 #[test]
 fn framing_holds_every_point_and_fills_the_picture() {
     let mesh = sphere(Point3::new(3.0, -2.0, 1.0), 0.2, 24);
-    for lens in [Lens::default(), Lens::Orthographic { height: 1.0 }] {
+    {
         for (width, height) in [(120, 60), (60, 120), (90, 90)] {
             let scene = Scene {
                 surfaces: vec![Surface::new(&mesh, Color::WHITE)],
@@ -326,7 +314,7 @@ fn framing_holds_every_point_and_fills_the_picture() {
             };
             let direction = Vector3::new(0.3, -0.8, 0.4);
             let aspect = width as f64 / height as f64;
-            let camera = Camera::framing(scene.points(), direction, Vector3::z(), lens, aspect);
+            let camera = Camera::framing(scene.points(), direction, Vector3::z(), aspect);
             let image = render(&scene, &camera, width, height).unwrap();
             let is_shown = |x, y| image.pixel(x, y) != [0; 3];
             assert!((0..width).all(|x| !is_shown(x, 0) && !is_shown(x, height - 1)));
@@ -341,7 +329,7 @@ fn framing_holds_every_point_and_fills_the_picture() {
 #[test]
 fn cameras_that_look_nowhere_are_refused() {
     let scene = Scene::default();
-    let good = from_above(Lens::default());
+    let good = from_above(Camera::VERTICAL_ANGLE);
     let bad = [
         Camera {
             eye: good.target,
@@ -352,21 +340,15 @@ fn cameras_that_look_nowhere_are_refused() {
             ..good
         },
         Camera {
-            lens: Lens::Perspective {
-                vertical_angle: 0.0,
-            },
+            vertical_angle: 0.0,
             ..good
         },
         Camera {
-            lens: Lens::Perspective {
-                vertical_angle: 4.0,
-            },
+            vertical_angle: 4.0,
             ..good
         },
         Camera {
-            lens: Lens::Orthographic {
-                height: f64::INFINITY,
-            },
+            vertical_angle: f64::NAN,
             ..good
         },
     ];
@@ -393,12 +375,18 @@ fn cameras_that_look_nowhere_are_refused() {
 
 #[test]
 fn a_grasp_strip_shows_both_colours_in_each_of_three_panels() {
-    let object = sphere(Point3::origin(), 0.04, 24);
-    let hand = sphere(Point3::new(0.06, 0.0, 0.0), 0.03, 24);
-    let strip = render_grasp(&object, &hand, None, &[], (90, 70)).unwrap();
-    assert_eq!((strip.width(), strip.height()), (3 * 90 + 2 * 4, 70));
+    let hand = builtin_hand("allegro").unwrap();
+    let palm = hand.palm();
+    let object = sphere(palm.center + 0.06 * palm.normal, 0.04, 24);
+    let pose = HandPose {
+        translation: Vec3::zero(),
+        rotation: Quaternion::identity(),
+        articulation: hand.open_articulation().to_vec(),
+    };
+    let strip = render_hand_pose(&object, &*hand, &pose, &[], (180, 140)).unwrap();
+    assert_eq!((strip.width(), strip.height()), (3 * 180 + 2 * 4, 140));
     for panel in 0..3 {
-        let pixels = (0..70 * 90).map(|i| strip.pixel(panel * 94 + i % 90, i / 90));
+        let pixels = (0..140 * 180).map(|i| strip.pixel(panel * 184 + i % 180, i / 180));
         let (mut bluish, mut reddish) = (0, 0);
         for [red, _, blue] in pixels {
             bluish += usize::from(blue > red.saturating_add(15));

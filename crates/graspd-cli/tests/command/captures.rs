@@ -210,7 +210,7 @@ fn single_pictures_that_cannot_be() {
     std::fs::remove_file(&output).unwrap();
 
     reconstruct(&["--depth", "13"]).fails_at_once(&["depth 13", "MiB are allowed"]);
-    reconstruct(&["--depth", "14"]).fails_at_once(&["depth is 14", "2 to 13"]);
+    reconstruct(&["--depth", "14"]).fails_at_once(&["`depth` is 14", "2 to 13"]);
     reconstruct(&["--views", "15"]).succeeds();
     std::fs::remove_file(&output).unwrap();
     simple_capture(folder.path(), |_, _| 0.0);
@@ -322,7 +322,7 @@ fn mistakes_are_told_before_the_work() {
         graspd([&["reconstruct", text(&capture), "-o", text(&mesh)], more].concat())
     };
     reconstruct(&[]).fails_at_once(&["holds no capture", "calibration.h5", "camera.json"]);
-    reconstruct(&["--depth", "1"]).fails_at_once(&["depth is 1", "2 to 13"]);
+    reconstruct(&["--depth", "1"]).fails_at_once(&["`depth` is 1", "2 to 13"]);
     reconstruct(&["--views", "4"]).fails_at_once(&["--views is 4", "multiple of 3"]);
     reconstruct(&["--intrinsics", "rgb"]).fails_as_wrong_usage("ir, depth");
     let glb = at("mesh.glb");

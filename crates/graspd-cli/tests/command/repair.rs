@@ -112,7 +112,7 @@ fn mistakes_are_told_before_the_work() {
         |more: &[&str]| graspd([&["repair", text(&open), "-o", text(&out)], more].concat());
     repair(&["--scale", "0"]).fails_at_once(&["--scale", "positive"]);
     repair(&["--resolution", "4"]).fails_at_once(&["resolution", "8 to 512"]);
-    repair(&["--sheet-thickness", "-1"]).fails_at_once(&["sheet_thickness", "metres"]);
+    repair(&["--sheet-thickness", "-1"]).fails_at_once(&["sheet_thickness", "at least 0 (m)"]);
     let glb = folder.path().join("out.glb");
     graspd(["repair", text(&open), "-o", text(&glb)]).fails_at_once(&["out.glb", ".obj, .stl"]);
     let nowhere = folder.path().join("none/out.obj");

@@ -208,7 +208,7 @@ impl Validate for RepairSettings {
             weld_distance: FRACTION.less_than(1.0),
             smallest_component: FRACTION.less_than(1.0),
             resolution: between(8.0, 512.0),
-            sheet_thickness: NOT_NEGATIVE,
+            sheet_thickness: NOT_NEGATIVE.unit("m"),
         }
     }
 }

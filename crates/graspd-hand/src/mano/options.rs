@@ -34,13 +34,13 @@ impl SkinnedHandOptions {
     /// # Errors
     /// Names the option that is out of range.
     pub fn validate(&self, model: &SkinnedModel) -> Result<(), OutOfRange> {
-        let parameters = between(0.0, model.shape_count() as f64);
+        let count = between(0.0, model.shape_count() as f64).unit("parameters");
         ranges! { self =>
             // Standard deviations: what lies beyond this is no hand.
             shape: between(-10.0, 10.0),
             components: AT_LEAST_ONE,
         }
-        .with("shape (how many parameters)", &self.shape.len(), parameters)
+        .require("shape", &self.shape.len(), count)
         .check()
     }
 }

@@ -12,7 +12,7 @@ use nalgebra::Point3;
 use rayon::prelude::*;
 use serde::Serialize;
 
-use crate::grasp::{grasp_directions, palm_in_object_frame};
+use crate::grasp::grasp_directions;
 use crate::{ContactForce, ViewError};
 
 use block::{Block, Section};
@@ -27,7 +27,7 @@ const STYLE: &str = include_str!("../../viewer/style.css");
 const SCRIPT: &str = include_str!("../../viewer/viewer.js");
 
 /// An object is thinned out beyond this many faces.
-const MOST_OBJECT_FACES: usize = 150_000;
+const MAX_OBJECT_FACES: usize = 150_000;
 /// All optimisations together keep about this many bytes of frames, before compression.
 const FRAME_BYTES: usize = 8_000_000;
 /// Frames of one optimisation: at least, and at most.
@@ -182,13 +182,13 @@ pub fn page_html(page: &GraspPage<'_>) -> Result<String, ViewError> {
         return Err(ViewError::Page("there are no grasps to show".into()));
     }
     let mut block = Block::default();
-    let object = MeshDescription::store(page.object, MOST_OBJECT_FACES, &mut block);
+    let object = MeshDescription::store(page.object, MAX_OBJECT_FACES, &mut block);
     let field = FieldDescription::store(page.object, &mut block).map_err(ViewError::Object)?;
     let hand = HandDescription::store(page.hand, &mut block);
     let frame_bytes = page.grasps.len() * 2 * hand.channels();
-    let most_frames = (FRAME_BYTES / frame_bytes.max(1)).clamp(FRAMES[0], FRAMES[1]);
+    let max_frames = (FRAME_BYTES / frame_bytes.max(1)).clamp(FRAMES[0], FRAMES[1]);
     let frames = (page.grasps.par_iter())
-        .map(|grasp| GraspFrames::of(page, &hand, grasp, most_frames))
+        .map(|grasp| GraspFrames::of(page, &hand, grasp, max_frames))
         .collect::<Result<Vec<_>, _>>()?;
     let longest = frames.iter().map(GraspFrames::longest).fold(0.0, f32::max);
     let length_step = (longest / f32::from(i16::MAX)).max(1e-9);
@@ -228,7 +228,7 @@ impl GraspFrames {
         page: &GraspPage<'_>,
         hand: &HandDescription,
         grasp: &PageGrasp,
-        most_frames: usize,
+        max_frames: usize,
     ) -> Result<Self, ViewError> {
         let poses: Vec<HandPose> = (grasp.motion.iter())
             .map(|keyframe| keyframe.pose.clone())
@@ -239,7 +239,7 @@ impl GraspFrames {
             return Err(ViewError::Page(fault));
         };
         let optimization = grasp.optimization.as_ref().map(|optimization| {
-            let kept = spread(optimization.poses.len(), most_frames);
+            let kept = spread(optimization.poses.len(), max_frames);
             let steps = kept.iter().map(|at| optimization.steps[*at]).collect();
             let poses: Vec<HandPose> = (kept.iter())
                 .map(|at| optimization.poses[*at].clone())
@@ -247,8 +247,7 @@ impl GraspFrames {
             (steps, Frames::of(page.hand, hand, &poses))
         });
         let surface = page.hand.surface(&at_grasp.pose);
-        let palm = palm_in_object_frame(page.hand.palm(), &at_grasp.pose);
-        let [(look, _), ..] = grasp_directions(page.object, &surface, Some(&palm));
+        let [(look, _), ..] = grasp_directions(page.hand, &at_grasp.pose);
         // The whole way is in view: it begins farthest away.
         let before = page.hand.surface(&poses[0]);
         let hands = surface.vertices.iter().chain(&before.vertices);

@@ -9,7 +9,7 @@ use super::block::{Block, Section};
 use super::shape::MeshDescription;
 
 /// A hand's links are thinned out beyond this many faces in all.
-const MOST_FACES: usize = 60_000;
+const MAX_FACES: usize = 60_000;
 /// Quaternions are multiples of 1 / this.
 const TURN: f32 = 32767.0;
 
@@ -46,7 +46,7 @@ impl HandDescription {
             };
         }
         let faces: usize = parts.iter().map(|part| part.mesh.faces.len()).sum();
-        let share = (MOST_FACES as f64 / faces.max(1) as f64).min(1.0);
+        let share = (MAX_FACES as f64 / faces.max(1) as f64).min(1.0);
         let store = |part: &graspd_hand::Part| PartDescription {
             body: part.body,
             mesh: MeshDescription::store(

@@ -18,9 +18,9 @@ pub(super) struct MeshDescription {
 }
 
 impl MeshDescription {
-    /// Stores a mesh, thinned out where it has more than `most_faces`. Faces with a missing or non-finite corner are
+    /// Stores a mesh, thinned out where it has more than `max_faces`. Faces with a missing or non-finite corner are
     /// left out.
-    pub(super) fn store(mesh: &TriangleMesh, most_faces: usize, block: &mut Block) -> Self {
+    pub(super) fn store(mesh: &TriangleMesh, max_faces: usize, block: &mut Block) -> Self {
         let drawable = TriangleMesh {
             vertices: mesh.vertices.clone(),
             faces: (mesh.faces.iter().copied())
@@ -28,7 +28,7 @@ impl MeshDescription {
                 .collect(),
         };
         // Vertices that a file repeats would be creases.
-        let mesh = thinned(&without_loose_vertices(&weld_exact(&drawable)), most_faces);
+        let mesh = thinned(&without_loose_vertices(&weld_exact(&drawable)), max_faces);
         let (low, high) = mesh
             .bounds()
             .unwrap_or((Point3::origin(), Point3::origin()));
@@ -80,24 +80,24 @@ fn without_loose_vertices(mesh: &TriangleMesh) -> TriangleMesh {
     used
 }
 
-/// The mesh with at most `most_faces` faces: all vertices of a cell of a cubic grid become their mean.
+/// The mesh with at most `max_faces` faces: all vertices of a cell of a cubic grid become their mean.
 ///
 /// Meant for the eye: the result need not be closed.
-fn thinned(mesh: &TriangleMesh, most_faces: usize) -> TriangleMesh {
+fn thinned(mesh: &TriangleMesh, max_faces: usize) -> TriangleMesh {
     let Some((low, high)) = mesh
         .bounds()
-        .filter(|_| mesh.faces.len() > most_faces.max(1))
+        .filter(|_| mesh.faces.len() > max_faces.max(1))
     else {
         return mesh.clone();
     };
     let mut cells = 512.0;
     loop {
         let coarse = clustered(mesh, low, (high - low).max() / cells);
-        if coarse.faces.len() <= most_faces.max(1) || cells <= 2.0 {
+        if coarse.faces.len() <= max_faces.max(1) || cells <= 2.0 {
             return coarse;
         }
         // The number of faces goes with the square of the number of cells.
-        let wanted = (most_faces as f64 / coarse.faces.len() as f64).sqrt();
+        let wanted = (max_faces as f64 / coarse.faces.len() as f64).sqrt();
         cells *= wanted.clamp(0.3, 0.95);
     }
 }
