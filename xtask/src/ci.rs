@@ -4,8 +4,32 @@ use std::path::Path;
 
 use anyhow::Result;
 
-use crate::steps::{Steps, cargo, run, status};
-use crate::{duplicates, edges, sources, viewer};
+use crate::steps::{Steps, cargo, report, run, status};
+use crate::{circles, duplicates, edges, links, sources, viewer};
+
+/// A rule, and how the project at a folder is checked for it.
+type Rule = (&'static str, fn(&Path) -> Result<()>);
+
+/// The rules that need no compiler.
+const RULES: [Rule; 6] = [
+    ("format", |root| run(&mut cargo(root, "fmt --all --check"))),
+    ("layers", edges::check_workspace),
+    (
+        "one version of each mathematics crate",
+        duplicates::check_workspace,
+    ),
+    ("source rules", sources::check_workspace),
+    ("circles of modules", circles::check_workspace),
+    ("links of documents", links::check_workspace),
+];
+
+/// Checks all rules and names every fault.
+pub(crate) fn check_rules(root: &Path) -> Result<()> {
+    let faults = RULES
+        .iter()
+        .filter_map(|(name, check)| check(root).err().map(|error| format!("{name}: {error:#}")));
+    report(faults.collect())
+}
 
 /// Does all steps, quick ones first, and the tests last and with nothing printed after them: whoever reads the
 /// log finds their closing lines at its end.
@@ -14,12 +38,7 @@ use crate::{duplicates, edges, sources, viewer};
 pub(crate) fn check_all(root: &Path) -> Result<()> {
     let mut steps = Steps::new();
     let succeed = |line| run(&mut cargo(root, line));
-    steps.step("format", || succeed("fmt --all --check"))?;
-    steps.step("layers", || edges::check_workspace(root))?;
-    steps.step("one version of each mathematics crate", || {
-        duplicates::check_workspace(root)
-    })?;
-    steps.step("source rules", || sources::check_workspace(root))?;
+    steps.step("rules", || check_rules(root))?;
     steps.step("bundle of the viewer", || viewer::check_if_possible(root))?;
     steps.step("clippy", || {
         succeed("clippy --locked --workspace --all-targets -- -D warnings")

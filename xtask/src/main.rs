@@ -2,12 +2,15 @@
 
 mod bench;
 mod ci;
+mod circles;
 mod duplicates;
 mod edges;
 mod laboratory;
+mod links;
 mod manual;
 mod sources;
 mod steps;
+mod uses;
 mod viewer;
 
 use std::path::Path;
@@ -17,6 +20,7 @@ const USAGE: &str = "\
 usage: cargo xtask <command>
 
   ci                 format, layering and source rules, clippy, documentation, doctests, tests
+  rules              of these, what needs no compiler
   bench [--save NAME]
                      processor times of a synthesis step by each backend, as one table; NAME keeps them for criterion
   man [DIR]          manual pages and shell completions of the graspd command, into target/man or DIR
@@ -37,6 +41,7 @@ fn main() -> ExitCode {
     let root = manifest.parent().unwrap_or(manifest);
     let result = match words.as_slice() {
         ["ci"] => ci::check_all(root),
+        ["rules"] => ci::check_rules(root),
         ["bench"] => bench::bench(root, None),
         ["bench", "--save", name] => bench::bench(root, Some(name)),
         ["man"] => manual::write(root, "target/man"),

@@ -1,6 +1,5 @@
 //! `evaluate`: grasps of many objects, judged and summed up; two runs compared.
 
-mod bootstrap;
 mod metrics;
 mod options;
 mod plots;

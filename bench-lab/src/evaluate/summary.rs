@@ -1,9 +1,9 @@
 //! Means of every column over the best grasps and over all, with intervals; and the differences between two runs.
 
 use anyhow::{Result, bail};
+use graspd::grouped_interval_95;
 use serde::Serialize;
 
-use super::bootstrap::{interval_95, value_of};
 use super::metrics::{Column, Grasp, ObjectResult};
 
 /// Which grasps of each object count.
@@ -39,6 +39,24 @@ pub(super) struct Estimate {
     pub(super) interval: Option<[f64; 2]>,
 }
 
+impl Estimate {
+    /// Evaluates a function of means over groups of means over items, with its interval.
+    fn of<const TERMS: usize>(
+        groups: &[Vec<[f64; TERMS]>],
+        statistic: fn([f64; TERMS]) -> f64,
+    ) -> Self {
+        let means: Vec<[f64; TERMS]> = groups.iter().map(|items| mean(items)).collect();
+        Self {
+            value: statistic(mean(&means)),
+            interval: grouped_interval_95(groups, statistic),
+        }
+    }
+}
+
+fn mean<const TERMS: usize>(items: &[[f64; TERMS]]) -> [f64; TERMS] {
+    std::array::from_fn(|k| items.iter().map(|item| item[k]).sum::<f64>() / items.len() as f64)
+}
+
 fn quotient([over, under]: [f64; 2]) -> f64 {
     over / under
 }
@@ -47,10 +65,10 @@ fn difference_of_quotients([a, b, c, d]: [f64; 4]) -> f64 {
     a / b - c / d
 }
 
-/// The mean of a column over objects of its mean over the selected grasps (of a ratio: the ratio of these means).
+/// Computes the mean of a column over objects of its mean over the selected grasps (of a ratio: the ratio of the means).
 ///
-/// Of one object, grasps are resampled. Of several, objects are; and grasps within them too if all count, since the best of
-/// a resample are not a sample of the best.
+/// Of one object, grasps are resampled. Of several, objects are, and grasps within them too if all count: the best of a
+/// resample are not a sample of the best.
 pub(super) fn estimate(
     objects: &[ObjectResult],
     selection: Selection,
@@ -62,14 +80,12 @@ pub(super) fn estimate(
             settled(terms, selection, objects.len())
         })
         .collect();
-    Estimate {
-        value: value_of(&groups, quotient),
-        interval: interval_95(&groups, quotient),
-    }
+    Estimate::of(&groups, quotient)
 }
 
-/// How much more a column is in `ours` than in `theirs`, on the same objects. If all grasps count, they are paired by start
-/// and both runs must have the same starts; the best of each run are each run's own and are paired by object.
+/// Computes how much more a column is in `ours` than in `theirs`, on the same objects. If all grasps count, they are
+/// paired by start
+/// and both runs must have the same starts; the best of each run are paired by object.
 pub(super) fn difference(
     ours: &[ObjectResult],
     theirs: &[ObjectResult],
@@ -84,10 +100,7 @@ pub(super) fn difference(
             settled(pairs, selection, ours.len())
         })
         .collect();
-    Estimate {
-        value: value_of(&groups, difference_of_quotients),
-        interval: interval_95(&groups, difference_of_quotients),
-    }
+    Estimate::of(&groups, difference_of_quotients)
 }
 
 fn terms(object: &ObjectResult, selection: Selection, column: &Column) -> Vec<[f64; 2]> {
@@ -98,7 +111,7 @@ fn terms(object: &ObjectResult, selection: Selection, column: &Column) -> Vec<[f
     }
 }
 
-/// Where the best grasps of several objects count, one item an object: their mean.
+/// Returns one item an object, the mean, where the best grasps of several objects count.
 fn settled<const TERMS: usize>(
     items: Vec<[f64; TERMS]>,
     selection: Selection,
@@ -107,13 +120,7 @@ fn settled<const TERMS: usize>(
     if selection.best.is_none() || objects < 2 {
         return items;
     }
-    let mut mean = [0.0; TERMS];
-    for item in &items {
-        for (total, term) in mean.iter_mut().zip(item) {
-            *total += term / items.len() as f64;
-        }
-    }
-    vec![mean]
+    vec![mean(&items)]
 }
 
 /// What the difference of a column is worth.

@@ -11,11 +11,11 @@ const TAIL: f64 = 0.025;
 /// Seed of the resamples: the same grasps have the same intervals.
 const SEED: u64 = 95;
 
-/// The 95 % interval of `statistic` over samples of `count` items drawn with replacement; `None` for fewer than two
-/// items, or where some resample has no value.
+/// Computes the 95 % interval of `statistic` over samples of `count` items drawn with replacement; `None` for fewer
+/// than two items, or where some resample has no value.
 ///
-/// `statistic` is given the indices of a resample. For two items the interval is from the smaller to the larger: no more
-/// can be known from two.
+/// `statistic` is given the indices of a resample. For two items the interval is from the smaller to the larger: no
+/// more can be known from two.
 ///
 /// # Source
 /// B. Efron, R. J. Tibshirani, "An Introduction to the Bootstrap", 1993, section 13.3 (the percentile interval).
@@ -26,16 +26,57 @@ pub(crate) fn interval_95(
     if count < 2 {
         return None;
     }
-    let mut rng = ChaCha8Rng::seed_from_u64(SEED);
     let mut indices = vec![0; count];
-    let mut values = Vec::with_capacity(RESAMPLES);
-    for _ in 0..RESAMPLES {
+    percentiles(|rng| {
         indices.fill_with(|| rng.random_range(0..count));
-        values.push(statistic(&indices)?);
+        statistic(&indices)
+    })
+}
+
+/// Computes the 95 % interval of a function of means over items in groups (grasps of several objects): each mean is over
+/// groups of means over items. A resample draws groups with replacement and items within each of them; of a single
+/// group only items are drawn.
+///
+/// `None` where there is nothing to draw from (a single item of a single group), or some resample has no finite value.
+///
+/// # Source
+/// A. C. Davison, D. V. Hinkley, "Bootstrap Methods and their Application", 1997, section 3.8 (hierarchical data).
+pub fn grouped_interval_95<const TERMS: usize>(
+    groups: &[Vec<[f64; TERMS]>],
+    statistic: impl Fn([f64; TERMS]) -> f64,
+) -> Option<[f64; 2]> {
+    if groups.iter().any(Vec::is_empty) || groups.len() < 2 && groups.first()?.len() < 2 {
+        return None;
     }
+    percentiles(|rng| {
+        let mut sum = [0.0; TERMS];
+        for position in 0..groups.len() {
+            let group = if groups.len() == 1 {
+                position
+            } else {
+                rng.random_range(0..groups.len())
+            };
+            let items = &groups[group];
+            for _ in 0..items.len() {
+                let item = &items[rng.random_range(0..items.len())];
+                for (total, term) in sum.iter_mut().zip(item) {
+                    *total += term / items.len() as f64;
+                }
+            }
+        }
+        let value = statistic(sum.map(|total| total / groups.len() as f64));
+        value.is_finite().then_some(value)
+    })
+}
+
+/// Computes the percentile interval of the values of resamples.
+fn percentiles(mut resample: impl FnMut(&mut ChaCha8Rng) -> Option<f64>) -> Option<[f64; 2]> {
+    let mut rng = ChaCha8Rng::seed_from_u64(SEED);
+    let mut values = (0..RESAMPLES)
+        .map(|_| resample(&mut rng))
+        .collect::<Option<Vec<f64>>>()?;
     values.sort_by(f64::total_cmp);
-    let last = (RESAMPLES - 1) as f64;
-    let at = |share: f64| values[(share * last).round() as usize];
+    let at = |share: f64| values[(share * (RESAMPLES - 1) as f64).round() as usize];
     Some([at(TAIL), at(1.0 - TAIL)])
 }
 
@@ -83,5 +124,43 @@ mod tests {
             })
             .count();
         assert!((85..=99).contains(&covered), "{covered}");
+    }
+
+    fn mean(groups: &[Vec<[f64; 1]>]) -> Option<[f64; 2]> {
+        grouped_interval_95(groups, |[mean]| mean)
+    }
+
+    fn uniform(count: usize) -> Vec<[f64; 1]> {
+        (0..count)
+            .map(|k| [(k as f64 + 0.5) / count as f64])
+            .collect()
+    }
+
+    #[test]
+    fn the_variance_of_groups_and_of_items_add_up() {
+        // 100 groups of 4 items: the groups' own means vary as 1/12, and items vary by as much about them.
+        let groups: Vec<Vec<[f64; 1]>> = (uniform(100).iter())
+            .map(|[mean]| uniform(4).iter().map(|[item]| [mean + item]).collect())
+            .collect();
+        let [low, high] = mean(&groups).unwrap();
+        let items = (uniform(4).iter().map(|[x]| (x - 0.5).powi(2))).sum::<f64>() / 4.0;
+        let variance = (1.0 / 12.0 + items / 4.0) / 100.0;
+        let half = 1.96 * variance.sqrt();
+        assert!(
+            (high - low - 2.0 * half).abs() < 0.15 * half,
+            "{low} to {high}, {half}"
+        );
+    }
+
+    #[test]
+    fn too_little_in_groups_says_nothing() {
+        assert_eq!(mean(&[]), None);
+        assert_eq!(mean(&[vec![[3.0]]]), None);
+        assert_eq!(mean(&[vec![], vec![[3.0]]]), None);
+        assert_eq!(mean(&[vec![[3.0], [5.0]]]), Some([3.0, 5.0]));
+        assert_eq!(mean(&[vec![[3.0]], vec![[5.0]]]), Some([3.0, 5.0]));
+        // A ratio whose denominator may be drawn as 0.
+        let groups = [vec![[1.0, 0.0], [1.0, 1.0]]];
+        assert_eq!(grouped_interval_95(&groups, |[a, b]| a / b), None);
     }
 }

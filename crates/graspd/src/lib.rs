@@ -88,6 +88,7 @@ pub use batch::{
     HOLDS_BELOW_CM, ObjectLoader, PlannedObject, PlannedRun, RunRow, RunState, Shard, StartFailure,
     StartOutcome, grasp_files, run_batch,
 };
+pub use bootstrap::grouped_interval_95;
 pub use configuration::{
     Configuration, ConfigurationEntry, ConfigurationLayers, Origin, ResolvedConfiguration,
 };

@@ -1,0 +1,238 @@
+//! No circles between the modules of a crate: of two files at most one uses the other, directly or through others.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::fs;
+use std::path::Path;
+
+use anyhow::{Context, Result};
+
+use crate::sources::rust_files;
+use crate::steps::report;
+use crate::uses::{paths, without_tests};
+
+/// Circles that are left: the modules (`crate-folder/module`) and why they cannot be taken apart.
+const ALLOWED: &[(&str, &str)] = &[];
+
+/// Checks each package of the workspace at `root`.
+pub(crate) fn check_workspace(root: &Path) -> Result<()> {
+    let mut folders = vec![root.join("bench-lab"), root.join("xtask")];
+    for entry in fs::read_dir(root.join("crates")).context("cannot list crates")? {
+        folders.push(entry?.path());
+    }
+    folders.sort();
+    let mut faults = Vec::new();
+    for folder in folders {
+        let source = folder.join("src");
+        let mut files = BTreeMap::new();
+        for file in rust_files(&source)? {
+            let text = fs::read_to_string(&file)
+                .with_context(|| format!("cannot read {}", file.display()))?;
+            files.insert(module_of(file.strip_prefix(&source)?), text);
+        }
+        let name = folder
+            .file_name()
+            .unwrap_or_default()
+            .to_string_lossy()
+            .into_owned();
+        let circles = circles(&uses(&files));
+        let is_left = |circle: &str| ALLOWED.iter().any(|(module, _)| circle.contains(module));
+        let named = circles
+            .into_iter()
+            .map(|circle| format!("{name}: {circle}"));
+        faults.extend(named.filter(|circle| !is_left(circle)));
+    }
+    report(faults)
+}
+
+/// Returns the path of the module in a file, relative to the crate's root: `a/b.rs` and `a/b/mod.rs` are `a::b`.
+fn module_of(file: &Path) -> Vec<String> {
+    let mut path: Vec<String> = (file.with_extension("").iter())
+        .map(|part| part.to_string_lossy().into_owned())
+        .collect();
+    if matches!(
+        path.last().map(String::as_str),
+        Some("mod" | "lib" | "main")
+    ) {
+        path.pop();
+    }
+    path
+}
+
+type Module = Vec<String>;
+
+/// Returns which module uses which, by the paths in their texts.
+fn uses(files: &BTreeMap<Module, String>) -> BTreeMap<Module, BTreeSet<Module>> {
+    let mut read = BTreeMap::new();
+    let mut tests = BTreeSet::new();
+    for (module, text) in files {
+        let (code, test_modules) = without_tests(text);
+        tests.extend(
+            test_modules
+                .into_iter()
+                .map(|test| [module.clone(), vec![test]].concat()),
+        );
+        read.insert(module.clone(), paths(&code));
+    }
+    let is_test = |module: &Module| tests.iter().any(|test| module.starts_with(test));
+    read.retain(|module, _| !is_test(module));
+    let full = |module: &Module, path: &[String]| -> Option<Module> {
+        let (first, rest) = path.split_first()?;
+        let child = [module.clone(), vec![first.clone()]].concat();
+        match first.as_str() {
+            "crate" => Some(rest.to_vec()),
+            "self" => Some([module.clone(), rest.to_vec()].concat()),
+            "super" => {
+                let ups = path.iter().take_while(|part| *part == "super").count();
+                let depth = module.len().checked_sub(ups)?;
+                Some([&module[..depth], &path[ups..]].concat())
+            }
+            _ if read.contains_key(&child) => Some([module.clone(), path.to_vec()].concat()),
+            _ => None,
+        }
+    };
+    // The module that defines what a path names: re-exports are followed.
+    let definer = |mut path: Module| -> Module {
+        for _ in 0..8 {
+            let length = (0..=path.len())
+                .rev()
+                .find(|n| read.contains_key(&path[..*n]));
+            let module = path[..length.unwrap_or(0)].to_vec();
+            let Some(name) = path.get(module.len()) else {
+                return module;
+            };
+            let uses = read.get(&module).into_iter().flatten();
+            let mut handed_on = uses.filter(|path| path.is_use && path.parts.last() == Some(name));
+            match handed_on.find_map(|path| full(&module, &path.parts)) {
+                Some(next) if next != path => path = next,
+                _ => return module,
+            }
+        }
+        path
+    };
+    let mut edges = BTreeMap::new();
+    for (module, paths) in &read {
+        let used = (paths.iter().filter(|path| !path.is_public))
+            .filter_map(|path| full(module, &path.parts))
+            .map(&definer)
+            .filter(|used| used != module);
+        edges.insert(module.clone(), used.collect());
+    }
+    edges
+}
+
+/// Returns a line for each set of modules that reach each other.
+fn circles(uses: &BTreeMap<Module, BTreeSet<Module>>) -> Vec<String> {
+    let reached = |start: &Module| {
+        let mut found: BTreeSet<&Module> = BTreeSet::new();
+        let mut next: Vec<&Module> = uses[start].iter().collect();
+        while let Some(module) = next.pop() {
+            if found.insert(module) {
+                next.extend(uses.get(module).into_iter().flatten());
+            }
+        }
+        found
+    };
+    let reach: BTreeMap<&Module, BTreeSet<&Module>> = uses
+        .keys()
+        .map(|module| (module, reached(module)))
+        .collect();
+    let mut circles = BTreeSet::new();
+    for (module, reached) in &reach {
+        let together =
+            |other: &&&Module| reach.get(*other).is_some_and(|back| back.contains(module));
+        let circle: Vec<&Module> = reached.iter().filter(together).copied().collect();
+        if circle.contains(module) {
+            let name = |module: &Module| {
+                if module.is_empty() {
+                    "crate".into()
+                } else {
+                    module.join("::")
+                }
+            };
+            let edges = circle.iter().flat_map(|from| {
+                let used = uses[*from].iter().filter(|to| circle.contains(to));
+                used.map(move |to| format!("{} -> {}", name(from), name(to)))
+            });
+            circles.insert(format!(
+                "a circle: {}",
+                edges.collect::<Vec<_>>().join(", ")
+            ));
+        }
+    }
+    circles.into_iter().collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn found(files: &[(&str, &str)]) -> Vec<String> {
+        let file = |(path, text): &(&str, &str)| (module_of(Path::new(path)), (*text).to_owned());
+        circles(&uses(&files.iter().map(file).collect()))
+    }
+
+    #[test]
+    fn circles_are_found_through_re_exports_and_groups() {
+        let root = (
+            "lib.rs",
+            "mod a;\nmod b;\npub use a::First;\npub use b::Second;\n",
+        );
+        let a = (
+            "a.rs",
+            "use crate::{Second, other::Thing};\npub struct First;\n",
+        );
+        assert_eq!(
+            found(&[root, a, ("b.rs", "pub struct Second;\n")]),
+            Vec::<String>::new()
+        );
+        let b = (
+            "b.rs",
+            "fn f() -> crate::First { super::First }\npub struct Second;\n",
+        );
+        assert_eq!(found(&[root, a, b]), ["a circle: a -> b, b -> a"]);
+    }
+
+    #[test]
+    fn a_child_that_uses_what_its_parent_defines_is_a_circle_if_the_parent_uses_the_child() {
+        let child = (
+            "a/part.rs",
+            "use super::Whole;\npub fn half(whole: Whole) {}\n",
+        );
+        let names = (
+            "a/mod.rs",
+            "mod part;\npub use part::half;\npub struct Whole;\n",
+        );
+        assert_eq!(
+            found(&[("lib.rs", "mod a;"), names, child]),
+            Vec::<String>::new()
+        );
+        let calls = (
+            "a/mod.rs",
+            "mod part;\npub struct Whole;\nfn f() { part::half(Whole) }\n",
+        );
+        assert_eq!(
+            found(&[("lib.rs", "mod a;"), calls, child]),
+            ["a circle: a -> a::part, a::part -> a"]
+        );
+    }
+
+    #[test]
+    fn tests_and_comments_do_not_count() {
+        let b = ("b.rs", "use crate::a::F;\n");
+        for text in [
+            "//! [`crate::b`]\npub struct F; // crate::b\n",
+            "pub struct F;\n#[cfg(test)]\nmod tests {\n    use crate::b::G;\n}\n",
+        ] {
+            assert_eq!(
+                found(&[("lib.rs", "mod a;\nmod b;"), ("a.rs", text), b]),
+                Vec::<String>::new()
+            );
+        }
+        let a = ("a.rs", "pub struct F;\n#[cfg(test)]\nmod check;\n");
+        let check = ("a/check.rs", "use crate::b::G;\nuse super::F;");
+        assert_eq!(
+            found(&[("lib.rs", "mod a;\nmod b;"), a, check, b]),
+            Vec::<String>::new()
+        );
+    }
+}
