@@ -42,7 +42,8 @@ const LONG_FILE: usize = 500;
 /// Columns that a line may have.
 const MAX_COLUMNS: usize = 119;
 
-/// Words of our own, and the field's terms for them: names of items have none of the former.
+/// Words of our own and the field's terms for them: no name contains one of the former, or begins with it if it ends in
+/// `_`.
 const PRIVATE_WORDS: &[(&str, &str)] = &[
     ("MOST_", "MAX_"),
     ("LEAST_", "MIN_"),
@@ -118,9 +119,14 @@ fn private_words(name: &str, text: &str) -> Vec<String> {
         let code: String = code.split('"').step_by(2).collect();
         let names = words(&code).into_iter().filter(|word| is_name(word));
         faults.extend(names.filter_map(|found| {
-            let (word, term) = PRIVATE_WORDS
-                .iter()
-                .find(|(word, _)| found.contains(word))?;
+            let is_in = |word: &str| {
+                if word.ends_with('_') {
+                    found.starts_with(word)
+                } else {
+                    found.contains(word)
+                }
+            };
+            let (word, term) = PRIVATE_WORDS.iter().find(|(word, _)| is_in(word))?;
             Some(format!(
                 "{name}:{}: `{found}`: say {term} and not {word}",
                 index + 1
