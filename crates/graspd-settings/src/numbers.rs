@@ -6,24 +6,18 @@ pub trait Numbers {
     fn find(&self, is_wrong: &dyn Fn(f64) -> bool) -> Option<f64>;
 }
 
-impl Numbers for f64 {
-    fn find(&self, is_wrong: &dyn Fn(f64) -> bool) -> Option<f64> {
-        is_wrong(*self).then_some(*self)
-    }
-}
-
-macro_rules! integers {
-    ($($integer:ty),*) => {$(
-        impl Numbers for $integer {
+macro_rules! numbers {
+    ($($number:ty),*) => {$(
+        impl Numbers for $number {
             fn find(&self, is_wrong: &dyn Fn(f64) -> bool) -> Option<f64> {
-                (*self as f64).find(is_wrong)
+                Some(*self as f64).filter(|number| is_wrong(*number))
             }
         }
     )*};
 }
-integers!(u16, u32, u64, usize);
+numbers!(f64, u16, u32, u64, usize);
 
-macro_rules! without_numbers {
+macro_rules! no_numbers {
     ($($other:ty),*) => {$(
         impl Numbers for $other {
             fn find(&self, _: &dyn Fn(f64) -> bool) -> Option<f64> {
@@ -32,13 +26,7 @@ macro_rules! without_numbers {
         }
     )*};
 }
-without_numbers!((), bool, String);
-
-impl<T: Numbers> Numbers for Option<T> {
-    fn find(&self, is_wrong: &dyn Fn(f64) -> bool) -> Option<f64> {
-        self.as_slice().find(is_wrong)
-    }
-}
+no_numbers!((), bool, String);
 
 impl<T: Numbers> Numbers for [T] {
     fn find(&self, is_wrong: &dyn Fn(f64) -> bool) -> Option<f64> {
@@ -46,14 +34,13 @@ impl<T: Numbers> Numbers for [T] {
     }
 }
 
-impl<T: Numbers, const N: usize> Numbers for [T; N] {
-    fn find(&self, is_wrong: &dyn Fn(f64) -> bool) -> Option<f64> {
-        self.as_slice().find(is_wrong)
-    }
+macro_rules! lists {
+    ($([$($count:tt)*] $list:ty),*) => {$(
+        impl<T: Numbers, $($count)*> Numbers for $list {
+            fn find(&self, is_wrong: &dyn Fn(f64) -> bool) -> Option<f64> {
+                self.as_slice().find(is_wrong)
+            }
+        }
+    )*};
 }
-
-impl<T: Numbers> Numbers for Vec<T> {
-    fn find(&self, is_wrong: &dyn Fn(f64) -> bool) -> Option<f64> {
-        self.as_slice().find(is_wrong)
-    }
-}
+lists!([] Option<T>, [] Vec<T>, [const N: usize] [T; N]);

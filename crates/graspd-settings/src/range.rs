@@ -20,8 +20,8 @@ struct Bound {
     value: f64,
     /// Whether the value itself is in the range.
     is_included: bool,
-    /// The setting whose value it is, if it is one's.
-    setting: Option<&'static str>,
+    /// The setting whose value it is; empty where it is a number.
+    setting: &'static str,
 }
 
 /// Finite numbers.
@@ -52,69 +52,59 @@ impl Bound {
         Self {
             value,
             is_included: true,
-            setting: None,
+            setting: "",
         }
     }
 
-    const fn beside(value: f64) -> Self {
+    const fn beside(self) -> Self {
         Self {
             is_included: false,
-            ..Self::at(value)
+            ..self
         }
     }
 
-    const fn of(setting: &'static str, value: f64) -> Self {
-        Self {
-            setting: Some(setting),
-            ..Self::at(value)
-        }
+    const fn of(self, setting: &'static str) -> Self {
+        Self { setting, ..self }
     }
 }
 
 impl Range {
+    const fn from(self, low: Bound) -> Self {
+        Self { low, ..self }
+    }
+
+    const fn to(self, high: Bound) -> Self {
+        Self { high, ..self }
+    }
+
     /// The part with x >= low.
     pub const fn at_least(self, low: f64) -> Self {
-        let low = Bound::at(low);
-        Self { low, ..self }
+        self.from(Bound::at(low))
     }
 
     /// The part with x > low.
     pub const fn more_than(self, low: f64) -> Self {
-        let low = Bound::beside(low);
-        Self { low, ..self }
-    }
-
-    /// The part with x <= high.
-    pub const fn at_most(self, high: f64) -> Self {
-        let high = Bound::at(high);
-        Self { high, ..self }
+        self.from(Bound::at(low).beside())
     }
 
     /// The part with x < high.
     pub const fn less_than(self, high: f64) -> Self {
-        let high = Bound::beside(high);
-        Self { high, ..self }
+        self.to(Bound::at(high).beside())
     }
 
     /// The part with x >= `value`, which is that of another setting.
     pub const fn at_least_setting(self, setting: &'static str, value: f64) -> Self {
-        let low = Bound::of(setting, value);
-        Self { low, ..self }
+        self.from(Bound::at(value).of(setting))
     }
 
     /// The part with x > `value`, which is that of another setting.
     pub const fn more_than_setting(self, setting: &'static str, value: f64) -> Self {
-        let low = Bound {
-            is_included: false,
-            ..Bound::of(setting, value)
-        };
-        Self { low, ..self }
+        self.from(Bound::at(value).of(setting).beside())
     }
 
     /// The part with x <= `value`, which is that of another setting.
     pub const fn at_most_setting(self, setting: &'static str, value: f64) -> Self {
-        let high = Bound::of(setting, value);
-        Self { high, ..self }
+        self.to(Bound::at(value).of(setting))
     }
 
     /// The same numbers, in a unit.
@@ -154,8 +144,8 @@ impl Range {
 impl fmt::Display for Bound {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self.setting {
-            Some(setting) => write!(f, "`{setting}`"),
-            None => write!(f, "{}", self.value),
+            "" => write!(f, "{}", self.value),
+            setting => write!(f, "`{setting}`"),
         }
     }
 }

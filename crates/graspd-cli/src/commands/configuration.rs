@@ -197,7 +197,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
 
 fn table(entries: &[ConfigurationEntry]) -> String {
     let mut rows =
-        vec![["setting", "value", "unit", "allowed", "from", "source"].map(String::from)];
+        vec![["setting", "value", "unit", "from", "source", "allowed"].map(String::from)];
     rows.extend(entries.iter().map(row));
     // What is longer sticks out instead of spreading the column.
     let widths = [0, 1, 2, 3, 4].map(|column| {
@@ -226,9 +226,9 @@ fn row(entry: &ConfigurationEntry) -> [String; 6] {
         entry.key.clone(),
         value.map_or_else(|| "(of the object)".into(), shown),
         entry.range.unit.to_owned(),
-        entry.range.words(),
         entry.origin.to_string(),
         source,
+        entry.range.words(),
     ]
 }
 
