@@ -14,8 +14,8 @@ use crate::wrench_space::FRICTION_EDGES;
 /// Which metrics to compute; default: all.
 ///
 /// Reads from a list such as `ca,iv,sd`: `ca` contact area, `iv` interpenetration volume, `pd` penetration depth,
-/// `spd` self-penetration depth, `gws` wrench space (epsilon and volume), `sd` displacement, `sd6` mean displacement over six directions,
-/// `shake` the shake test, `all`.
+/// `spd` self-penetration depth, `gws` wrench space (epsilon and volume), `sd` displacement, `sd6` mean displacement
+/// over six directions, `shake` the shake test, `all`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Metrics {
     /// Contact area.

@@ -9,8 +9,8 @@ use crate::{Camera, Color, Dot, Image, Scene, Shading, Surface, ViewError, rende
 /// A strip of three pictures of a grasp, each of `panel` = (width, height) pixels: two opposite three-quarter
 /// views, then one that faces the palm.
 ///
-/// `pose` and `contacts` (marks drawn over object and hand, such as contact points coloured by [`Color::heat`] of their
-/// force) are in the object's frame. The object is slate, the hand sand.
+/// `pose` and `contacts` (marks drawn over object and hand, such as contact points coloured by [`Color::heat`] of
+/// their force) are in the object's frame. The object is slate, the hand sand.
 ///
 /// # Errors
 /// [`ViewError::Size`].

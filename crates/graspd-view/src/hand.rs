@@ -1,11 +1,10 @@
 //! Pictures of a hand alone, with what was found about it.
 
-use graspd_geom::{Quaternion, Vec3};
 use graspd_hand::{Hand, HandPose, PointBuffer};
 use nalgebra::{Isometry3, Matrix3, Rotation3, Translation3, UnitQuaternion, Vector3};
 
 use crate::grasp::aspect;
-use crate::{Camera, Color, Dot, Image, Scene, Shading, Surface, ViewError, render, tile};
+use crate::{Camera, Color, Dot, Image, Scene, Surface, ViewError, render, tile};
 
 /// Radius of a contact point's mark \[m\].
 const DOT_RADIUS: f64 = 6e-4;
@@ -15,8 +14,8 @@ const DOT_COLOR: Color = Color::new(34, 90, 140);
 const AXIS_SHARE: f64 = 0.3;
 
 /// A strip of three pictures, each of `panel` = (width, height) pixels: the open hand from the side that its palm
-/// faces, the same turned half sideways, and the hand at the articulation `closed` from there. Contact points are dots;
-/// the palm frame's axes are red for the normal, green for the fingers, blue for their cross product.
+/// faces, the same turned half sideways, and the hand at the articulation `closed` from there. Contact points are
+/// dots; the palm frame's axes are red for the normal, green for the fingers, blue for their cross product.
 ///
 /// # Errors
 /// [`ViewError::Size`].
@@ -46,11 +45,7 @@ fn picture(
     towards_viewer: Vector3<f64>,
     (width, height): (usize, usize),
 ) -> Result<Image, ViewError> {
-    let pose = HandPose {
-        translation: Vec3::zero(),
-        rotation: Quaternion::identity(),
-        articulation: articulation.to_vec(),
-    };
+    let pose = HandPose::at_origin(articulation);
     let surface = hand.surface(&pose);
     let mut points = PointBuffer::<f64>::zeros(hand.contact_points().weight.len());
     let mut spheres = PointBuffer::zeros(hand.collision_spheres().radius.len());
@@ -61,11 +56,7 @@ fn picture(
         color: DOT_COLOR,
     });
     let mut scene = Scene {
-        surfaces: vec![Surface {
-            mesh: &surface,
-            color: Color::SAND,
-            shading: Shading::default(),
-        }],
+        surfaces: vec![Surface::new(&surface, Color::SAND)],
         dots: dots.collect(),
         ..Scene::default()
     };

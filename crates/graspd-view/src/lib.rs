@@ -9,7 +9,7 @@
 //! use nalgebra::{Point3, Vector3};
 //!
 //! let tetrahedron = TriangleMesh {
-//!     vertices: vec![Point3::origin(), Point3::new(0.1, 0.0, 0.0), Point3::new(0.0, 0.1, 0.0), Point3::new(0.0, 0.0, 0.1)],
+//!     vertices: [[0.0, 0.0, 0.0], [0.1, 0.0, 0.0], [0.0, 0.1, 0.0], [0.0, 0.0, 0.1]].map(Point3::from).to_vec(),
 //!     faces: vec![[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]],
 //! };
 //! let mut scene = Scene::default();

@@ -58,8 +58,8 @@ pub fn captioned(image: &Image, caption: &Captioned) -> Result<Image, ViewError>
     Ok(sheet)
 }
 
-/// Grasps of one object in rows of `columns`, each a picture of `cell` = (width, height) pixels with its caption below,
-/// seen across the direction of its palm, so that neither hand nor object hides the other.
+/// Grasps of one object in rows of `columns`, each a picture of `cell` = (width, height) pixels with its caption
+/// below, seen across the direction of its palm, so that neither hand nor object hides the other.
 ///
 /// # Errors
 /// [`ViewError::Size`], also for no grasps or no columns.
@@ -81,8 +81,8 @@ pub fn contact_sheet(
     tile(&pictures, columns)
 }
 
-/// A hand on its way, one picture of `panel` = (width, height) pixels a pose, side by side and by one camera: that which
-/// suits the last pose, from where all are seen.
+/// A hand on its way, one picture of `panel` = (width, height) pixels a pose, side by side and by one camera: that
+/// which suits the last pose, from where all are seen.
 ///
 /// # Errors
 /// [`ViewError::Size`], also for no poses.

@@ -1,6 +1,6 @@
 //! What pictures must show, checked by counting pixels.
 
-use graspd_geom::{Quaternion, TriangleMesh, Vec3};
+use graspd_geom::TriangleMesh;
 use graspd_hand::{HandPose, builtin_hand};
 use graspd_view::{
     Background, Camera, Color, Dot, Image, Scene, Segment, Shading, Surface, ViewError, render,
@@ -378,11 +378,7 @@ fn a_grasp_strip_shows_both_colours_in_each_of_three_panels() {
     let hand = builtin_hand("allegro").unwrap();
     let palm = hand.palm();
     let object = sphere(palm.center + 0.06 * palm.normal, 0.04, 24);
-    let pose = HandPose {
-        translation: Vec3::zero(),
-        rotation: Quaternion::identity(),
-        articulation: hand.open_articulation().to_vec(),
-    };
+    let pose = HandPose::at_origin(hand.open_articulation());
     let strip = render_hand_pose(&object, &*hand, &pose, &[], (180, 140)).unwrap();
     assert_eq!((strip.width(), strip.height()), (3 * 180 + 2 * 4, 140));
     for panel in 0..3 {

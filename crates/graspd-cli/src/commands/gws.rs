@@ -51,7 +51,8 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
             let count = count as usize;
             if !wrenches.len().is_multiple_of(count) {
                 bail!(
-                    "{name}: {} wrenches are no whole number of contacts of {count}; correct --per-contact or the file",
+                    "{name}: {} wrenches are no whole number of contacts of {count}; correct --per-contact or the \
+                     file",
                     wrenches.len()
                 );
             }

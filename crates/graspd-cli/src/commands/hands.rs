@@ -27,7 +27,8 @@ pub(crate) struct Arguments {
 
 #[derive(Subcommand)]
 enum HandsCommand {
-    /// Describe a built-in hand, a URDF or a MANO model: joints, limits, contact points, palm, and what had to be guessed
+    /// Describe a built-in hand, a URDF or a MANO model: joints, limits, contact points, palm, and what had to be
+    /// guessed
     Inspect(InspectArguments),
 }
 
@@ -73,7 +74,8 @@ fn list(json: bool) -> Result<()> {
     for hand in BUILTIN_HANDS {
         text += &format!("{:10} {}\n", hand.name, hand.description);
     }
-    text += "any URDF, and any hand in MANO's layout (.pkl, .npz): name its file; `graspd hands inspect FILE` tells what was found\n";
+    text += "any URDF, and any hand in MANO's layout (.pkl, .npz): name its file; `graspd hands inspect FILE` tells \
+        what was found\n";
     text += "--mirror takes the mirror image of any of them\n";
     print(&text)
 }

@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use anyhow::{Context, Result, bail};
 use clap::Args;
 use graspd::{GraspError, GraspObject, NamedMesh};
-use graspd_geom::{DiskCache, Quaternion, RepairSettings, SdfSampling, Vec3};
+use graspd_geom::{DiskCache, RepairSettings, SdfSampling};
 use graspd_hand::{Hand, HandPose, LoadOptions, SkinOptions, load_hand_from};
 
 use graspd_settings::{Range, between};
@@ -32,7 +32,8 @@ pub(crate) struct HandLoading {
     /// Take the hand's mirror image: left for right
     #[arg(long)]
     mirror: bool,
-    /// Shape of a skinned hand (`human`, MANO files): parameters in standard deviations, such as 1,-0.5; 0 where not given
+    /// Shape of a skinned hand (`human`, MANO files): parameters in standard deviations, such as 1,-0.5; 0 where not
+    /// given
     #[arg(
         long,
         value_name = "B1,B2,...",
@@ -118,7 +119,8 @@ pub(crate) fn load_object(
     if let Some(report) = &object.repair {
         let what = report.summary();
         let text = format!(
-            "{name_or_path}: the surface is not closed, and was repaired: {what}; only the repaired surface is seen from here on (graspd repair writes it, --no-repair refuses)"
+            "{name_or_path}: the surface is not closed, and was repaired: {what}; only the repaired surface is seen \
+             from here on (graspd repair writes it, --no-repair refuses)"
         );
         warn(quiet, &text);
     }
@@ -154,11 +156,7 @@ pub(crate) fn load_hand_to_scale(
     options: &LoadOptions,
 ) -> Result<Box<dyn Hand>> {
     let hand = load_hand_from(name_or_path, options)?;
-    let open = HandPose {
-        translation: Vec3::zero(),
-        rotation: Quaternion::identity(),
-        articulation: hand.open_articulation().to_vec(),
-    };
+    let open = HandPose::at_origin(hand.open_articulation());
     let bounds = hand.surface(&open).bounds();
     let size = bounds.map_or(0.0, |(low, high)| (high - low).max());
     if size > MAX_HAND_SIZE {

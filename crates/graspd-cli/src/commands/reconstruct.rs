@@ -22,7 +22,8 @@ use crate::console::{print, print_json, warn};
 
 #[derive(Args)]
 pub(crate) struct Arguments {
-    /// Folder of a capture: YCB's layout (as `graspd scan` writes it), or depth.png with camera.json; or a point cloud: .ply
+    /// Folder of a capture: YCB's layout (as `graspd scan` writes it), or depth.png with camera.json; or a point
+    /// cloud: .ply
     capture: PathBuf,
     /// Mesh to write: .obj .stl .ply .off
     #[arg(short, long, value_name = "MESH")]
@@ -36,7 +37,8 @@ pub(crate) struct Arguments {
     /// Matrix of a YCB calibration that depth pixels are turned into rays with
     #[arg(long, default_value = "ir", value_parser = PossibleValuesParser::new(["ir", "depth"]))]
     intrinsics: String,
-    /// Cut the surface away where no point is within so many cells (or 5 mm), and patch the hole; inf: leave it to Poisson
+    /// Cut the surface away where no point is within so many cells (or 5 mm), and patch the hole; inf: leave it to
+    /// Poisson
     #[arg(long, default_value_t = ReconstructionSettings::default().trim, allow_negative_numbers = true)]
     trim: f64,
     /// Express the result in the frame of this mesh of the same object, found by registration

@@ -41,7 +41,8 @@ pub(crate) struct Arguments {
     #[arg(long, default_value_t = RepairSettings::default().resolution)]
     resolution: usize,
     /// When a surface is made anew: thickness of open sheets that enclose nothing [m]; at least 1.8 cells
-    #[arg(long, value_name = "METRES", default_value_t = RepairSettings::default().sheet_thickness, allow_negative_numbers = true)]
+    #[arg(long, value_name = "METRES", allow_negative_numbers = true)]
+    #[arg(default_value_t = RepairSettings::default().sheet_thickness)]
     sheet_thickness: f64,
     /// Worker threads (one for each core by default); results do not depend on it
     #[arg(long)]
@@ -105,8 +106,8 @@ impl RepairOutcome {
     }
 }
 
-/// Counts and measures of a mesh, as `--json` has them. The signed volume of an open surface depends on where the origin
-/// is.
+/// Counts and measures of a mesh, as `--json` has them. The signed volume of an open surface depends on where the
+/// origin is.
 fn described(mesh: &TriangleMesh) -> serde_json::Value {
     let topology = topology(mesh);
     json!({

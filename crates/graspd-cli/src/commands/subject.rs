@@ -118,7 +118,8 @@ fn other_shape(record: &GraspRecord, hand: &dyn Hand) -> Option<String> {
     let index = record.index;
     (!is_same).then(|| {
         format!(
-            "grasp {index}: made by a hand of the shape {recorded:?}, but this one has {own:?}; give that with --hand-shape, or keep the run's run.toml beside the grasps"
+            "grasp {index}: made by a hand of the shape {recorded:?}, but this one has {own:?}; give that with \
+             --hand-shape, or keep the run's run.toml beside the grasps"
         )
     })
 }
@@ -162,7 +163,8 @@ pub(crate) fn objects_of(
     }
     if scales.len() > MAX_SCALES {
         bail!(
-            "{}: the grasps are for {} scales of the object, more than {MAX_SCALES}; evaluate them in parts, or set --scale",
+            "{}: the grasps are for {} scales of the object, more than {MAX_SCALES}; evaluate them in parts, or set \
+             --scale",
             file.display(),
             scales.len()
         );
@@ -197,7 +199,8 @@ fn common<T: PartialEq + std::fmt::Display>(
     let first = values.next().context("there are no grasps")?;
     if let Some(other) = values.find(|value| *value != first) {
         bail!(
-            "{}: the grasps are for more than one {what} ({first}, {other}); evaluate them one at a time, or set --{what}",
+            "{}: the grasps are for more than one {what} ({first}, {other}); evaluate them one at a time, or set \
+             --{what}",
             file.display()
         );
     }

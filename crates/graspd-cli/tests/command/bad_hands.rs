@@ -66,7 +66,10 @@ fn files_that_hold_no_urdf() {
     every_command_refuses(text(&prose), &[text(&prose), "not a URDF file", "complete"]);
     let bare = written(&folder, "bare.urdf", r#"<robot name="bare"></robot>"#);
     every_command_refuses(text(&bare), &[text(&bare), "no links"]);
-    let macros = r#"<robot name="m" xmlns:xacro="http://www.ros.org/wiki/xacro"><xacro:include filename="a.xacro"/></robot>"#;
+    let macros = concat!(
+        r#"<robot name="m" xmlns:xacro="http://www.ros.org/wiki/xacro">"#,
+        r#"<xacro:include filename="a.xacro"/></robot>"#
+    );
     for name in ["macros.urdf", "macros.xacro"] {
         let macros = written(&folder, name, macros);
         every_command_refuses(
@@ -128,7 +131,8 @@ fn descriptions_that_make_no_hand() {
     every_command_refuses(text(&missing), &parts);
 
     let cycle = format!(
-        r#"<robot name="c"><link name="palm">{BOX}</link><link name="a">{BOX}</link><link name="b">{BOX}</link>{}{}</robot>"#,
+        r#"<robot name="c"><link name="palm">{BOX}</link><link name="a">{BOX}</link>
+<link name="b">{BOX}</link>{}{}</robot>"#,
         joint("j", "a", "b"),
         joint("k", "b", "a")
     );
@@ -136,7 +140,8 @@ fn descriptions_that_make_no_hand() {
     every_command_refuses(text(&cycle), &[text(&cycle), "cycle", "cut the cycle"]);
 
     let roots = format!(
-        r#"<robot name="t"><link name="palm">{BOX}</link><link name="a">{BOX}</link><link name="lost">{BOX}</link>{}</robot>"#,
+        r#"<robot name="t"><link name="palm">{BOX}</link><link name="a">{BOX}</link>
+<link name="lost">{BOX}</link>{}</robot>"#,
         joint("j", "palm", "a")
     );
     let roots = written(&folder, "roots.urdf", &roots);

@@ -122,7 +122,12 @@ fn every_value_tells_where_it_comes_from() {
 fn runs_and_judges_follow_the_file() {
     let folder = tempdir().unwrap();
     let at = |name: &str| folder.path().join(name);
-    fs::write(at("graspd.toml"), "grasps = 1\nsdf_resolution = 24\nsdf_padding_m = 0.02\n[settings]\npreset = \"paper\"\nsteps = 20\n[evaluation]\nmetrics = \"ca\"\n").unwrap();
+    fs::write(
+        at("graspd.toml"),
+        "grasps = 1\nsdf_resolution = 24\nsdf_padding_m = 0.02\n[settings]\n\
+        preset = \"paper\"\nsteps = 20\n[evaluation]\nmetrics = \"ca\"\n",
+    )
+    .unwrap();
     let here = |arguments: &[&str]| {
         let mut command = command(arguments);
         outcome(command.current_dir(folder.path()).output().unwrap())

@@ -21,7 +21,8 @@ static DATASET: LazyLock<PathBuf> = LazyLock::new(|| {
     let _ = fs::remove_dir_all(&folder);
     fs::create_dir_all(&folder).unwrap();
     let manifest = folder.join("manifest.toml");
-    let content = "objects = [\"box\", \"can\"]\nhands = [\"allegro\", \"human\"]\nstarts = 2\npreset = \"paper\"\nsdf_resolution = 24\n[settings]\nsteps = 20\n[evaluation]\nmetrics = \"ca,pd\"\n";
+    let content = "objects = [\"box\", \"can\"]\nhands = [\"allegro\", \"human\"]\nstarts = 2\npreset = \"paper\"\n\
+        sdf_resolution = 24\n[settings]\nsteps = 20\n[evaluation]\nmetrics = \"ca,pd\"\n";
     fs::write(&manifest, content).unwrap();
     let dataset = folder.join("dataset");
     graspd([

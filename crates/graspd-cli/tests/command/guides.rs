@@ -11,7 +11,9 @@ use tempfile::tempdir;
 
 use crate::export::python_with;
 
-const QUICK: &str = "grasps = 2\nsdf_resolution = 24\n[settings]\npreset = \"paper\"\nsteps = 20\n[settings.conformity]\ncandidates = 1\ncoarse_samples = 50\nfine_samples = 50\n[evaluation]\nmetrics = \"ca,pd,sd\"\n";
+const QUICK: &str = "grasps = 2\nsdf_resolution = 24\n[settings]\npreset = \"paper\"\nsteps = 20\n\
+    [settings.conformity]\ncandidates = 1\ncoarse_samples = 50\nfine_samples = 50\n\
+    [evaluation]\nmetrics = \"ca,pd,sd\"\n";
 
 /// The blocks of a language in a guide, in their order.
 fn blocks(guide: &str) -> Vec<(String, String)> {

@@ -161,8 +161,14 @@ fn packages_are_found_where_the_flag_says() {
     fs::create_dir_all(elsewhere.join("claw_description/meshes")).unwrap();
     let cube = graspd_geom::box_mesh(nalgebra::Vector3::repeat(0.03), 0.03);
     graspd_geom::save_stl(&cube, elsewhere.join("claw_description/meshes/cube.stl")).unwrap();
-    let shape = r#"<collision><geometry><mesh filename="package://claw_description/meshes/cube.stl"/></geometry></collision>"#;
-    let joint = r#"<joint name="j" type="revolute"><parent link="a"/><child link="b"/><origin xyz="0 0 0.05"/><axis xyz="1 0 0"/><limit lower="0" upper="1"/></joint>"#;
+    let shape = concat!(
+        r#"<collision><geometry><mesh filename="package://claw_description/meshes/cube.stl"/>"#,
+        "</geometry></collision>"
+    );
+    let joint = concat!(
+        r#"<joint name="j" type="revolute"><parent link="a"/><child link="b"/><origin xyz="0 0 0.05"/>"#,
+        r#"<axis xyz="1 0 0"/><limit lower="0" upper="1"/></joint>"#
+    );
     let urdf = robot.join("claw.urdf");
     let text_of = format!(
         r#"<robot name="claw"><link name="a">{shape}</link><link name="b">{shape}</link>{joint}</robot>"#

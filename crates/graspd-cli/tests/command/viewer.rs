@@ -186,7 +186,8 @@ fn the_page_works_on_a_phone() {
     );
     // Fingers need room.
     let smallest = page.value(
-        "Math.min(...[...document.querySelectorAll('#controls button, #pager button')].map(b => b.getBoundingClientRect().height))",
+        "Math.min(...[...document.querySelectorAll('#controls button, #pager button')].map(b => \
+         b.getBoundingClientRect().height))",
     );
     assert!(smallest.as_f64().unwrap() >= 36.0, "{smallest}");
     let camera = page.state()["camera"].clone();

@@ -169,14 +169,14 @@ struct GraspFrames {
 
 /// The page as the text of one HTML file.
 ///
-/// It holds everything that it shows: scripts (three.js among them), styles, meshes and poses. A hand of rigid links is
-/// stored once with the poses of its links at each frame; a skin with its vertices at each frame, to 16 bits. Of long
-/// optimisations, frames are left out (losses are not) so that the page stays small; objects
-/// of more than 150 000 faces are thinned out for the eye. Text from outside cannot end the elements that it stands in.
+/// It holds everything that it shows: scripts (three.js among them), styles, meshes and poses. A hand of rigid links
+/// is stored once with the poses of its links at each frame; a skin with its vertices at each frame, to 16 bits. Of
+/// long optimisations, frames are left out (losses are not) so that the page stays small; objects of more than 150
+/// 000 faces are thinned out for the eye. Text from outside cannot end the elements that it stands in.
 ///
 /// # Errors
-/// [`ViewError::Page`] without a grasp or with one that has no pose at time 1; [`ViewError::Object`] for an object that
-/// is not closed.
+/// [`ViewError::Page`] without a grasp or with one that has no pose at time 1; [`ViewError::Object`] for an object
+/// that is not closed.
 pub fn page_html(page: &GraspPage<'_>) -> Result<String, ViewError> {
     if page.grasps.is_empty() {
         return Err(ViewError::Page("there are no grasps to show".into()));

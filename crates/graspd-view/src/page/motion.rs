@@ -1,6 +1,5 @@
 //! The hand in a page: rigid links once and their poses at every frame, or a skin's vertices at every frame.
 
-use graspd_geom::{Quaternion, Vec3};
 use graspd_hand::{Hand, HandPose, PosedHand};
 use nalgebra::{Isometry3, Vector3};
 use serde::Serialize;
@@ -35,7 +34,7 @@ pub(super) struct PartDescription {
 
 impl HandDescription {
     pub(super) fn store(hand: &dyn Hand, block: &mut Block) -> Self {
-        let at_rest = at_origin(hand.open_articulation());
+        let at_rest = HandPose::at_origin(hand.open_articulation());
         let parts = hand.rigid_parts();
         if parts.is_empty() {
             let skin = hand.surface(&at_rest);
@@ -78,14 +77,6 @@ impl HandDescription {
     }
 }
 
-fn at_origin(articulation: &[f64]) -> HandPose {
-    HandPose {
-        translation: Vec3::zero(),
-        rotation: Quaternion::identity(),
-        articulation: articulation.to_vec(),
-    }
-}
-
 /// Frames of one motion, `[frames * channels]`: lengths \[m\] and quaternions.
 pub(super) struct Frames {
     values: Vec<f32>,
@@ -110,7 +101,7 @@ impl Frames {
                 }
                 HandDescription::Skinned { .. } => {
                     push_pose(&mut values, &base_of(pose));
-                    let skin = hand.surface(&at_origin(&pose.articulation));
+                    let skin = hand.surface(&HandPose::at_origin(pose.articulation.as_slice()));
                     values.extend(
                         skin.vertices
                             .iter()
@@ -189,6 +180,7 @@ fn keep_signs(values: &mut [f32], start: usize, channels: usize, poses: usize) {
 
 #[cfg(test)]
 mod tests {
+    use graspd_geom::{Quaternion, Vec3};
     use graspd_hand::{LoadOptions, load_hand_from};
     use nalgebra::{Point3, Quaternion as NaQuaternion, UnitQuaternion};
 

@@ -26,8 +26,8 @@ pub(super) fn escape_html(text: &str) -> String {
         .replace('>', "&gt;")
 }
 
-/// JSON as the content of a script element: what could end it, or begin a comment, stands as an escape of JSON, which is
-/// possible as these characters occur in strings only.
+/// JSON as the content of a script element: what could end it, or begin a comment, stands as an escape of JSON, which
+/// is possible as these characters occur in strings only.
 pub(super) fn escape_json(json: &str) -> String {
     json.replace('<', "\\u003c")
         .replace('>', "\\u003e")

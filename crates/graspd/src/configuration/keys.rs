@@ -35,8 +35,8 @@ pub(crate) fn present_name(key: String) -> String {
     renamed.unwrap_or(key)
 }
 
-/// Every key that there can be, with the range of its values: of the run, the optimisation, what comes before and after
-/// the grasp, the judge.
+/// Every key that there can be, with the range of its values: of the run, the optimisation, what comes before and
+/// after the grasp, the judge.
 pub(super) fn known_keys() -> Vec<(String, Range)> {
     let mut all = Configuration::default();
     all.settings.conformity = Some(ConformitySettings::default());

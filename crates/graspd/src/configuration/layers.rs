@@ -106,8 +106,8 @@ impl ConfigurationLayers {
 
     /// The values that result, checked.
     ///
-    /// The preset is the one that the last layer with `settings.preset` names. Then the layers are laid over it in their
-    /// order; in each, `settings.steps` comes first and stretches the schedules of what is below.
+    /// The preset is the one that the last layer with `settings.preset` names. Then the layers are laid over it in
+    /// their order; in each, `settings.steps` comes first and stretches the schedules of what is below.
     ///
     /// # Errors
     /// A key that does not exist (names the nearest that does), a value of the wrong type or out of range.

@@ -1,7 +1,8 @@
 //! Every number of a run in one tree, put together from a preset, files and flags.
 //!
 //! The tree is that of `run.toml`: the structs that the pipeline itself takes, under `settings`, `execution` and
-//! `evaluation`. There is no second list of the defaults: keys and values are those that serialising the structs gives.
+//! `evaluation`. There is no second list of the defaults: keys and values are those that serialising the structs
+//! gives.
 
 mod keys;
 mod layers;

@@ -11,7 +11,8 @@ use crate::shared_run::lines;
 
 #[test]
 fn broken_objects_are_recorded_and_the_rest_is_made() {
-    let head = "objects = [\"meshes/00.obj\", \"meshes/none.obj\", \"meshes/broken.obj\", \"nonesuch\"]\nhands = [\"allegro\"]\nstarts = 1";
+    let head = "objects = [\"meshes/00.obj\", \"meshes/none.obj\", \"meshes/broken.obj\", \"nonesuch\"]\n\
+        hands = [\"allegro\"]\nstarts = 1";
     let (folder, manifest) = workplace(1, head);
     fs::write(folder.path().join("meshes/broken.obj"), "f 1 2 3\n").unwrap();
     let dataset = folder.path().join("dataset");

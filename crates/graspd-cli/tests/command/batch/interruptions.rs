@@ -100,7 +100,8 @@ fn killed_and_resumed_it_is_the_same_to_the_last_byte() {
         return;
     }
     let (folder, manifest) = workplace(20, "");
-    let head = "objects = [\"meshes/*.obj\"]\nhands = [\"allegro\"]\nstarts = 4\npreset = \"fast\"\nsdf_resolution = 48\n[evaluation]\nmetrics = \"ca,iv,pd,gws,sd\"\n";
+    let head = "objects = [\"meshes/*.obj\"]\nhands = [\"allegro\"]\nstarts = 4\npreset = \"fast\"\n\
+        sdf_resolution = 48\n[evaluation]\nmetrics = \"ca,iv,pd,gws,sd\"\n";
     fs::write(&manifest, head).unwrap();
     let started = Instant::now();
     let met = kill_and_resume(&manifest, folder.path(), 20);

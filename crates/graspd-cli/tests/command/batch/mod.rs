@@ -14,7 +14,8 @@ use crate::outcome::{graspd, text};
 use crate::shared_run::lines;
 
 /// Starts that take milliseconds; a report has no pictures without displacements and depths.
-const QUICK: &str = "preset = \"paper\"\nsdf_resolution = 24\n[settings]\nsteps = 30\n[evaluation]\nmetrics = \"ca\"\n";
+const QUICK: &str = "preset = \"paper\"\nsdf_resolution = 24\n[settings]\nsteps = 30\n[evaluation]\n\
+    metrics = \"ca\"\n";
 
 /// A folder with meshes `meshes/NN.obj`, each a little different, and a manifest of them.
 fn workplace(objects: usize, head: &str) -> (TempDir, PathBuf) {
@@ -40,7 +41,8 @@ fn batch(manifest: &Path, output: &Path, flags: &[&str]) -> crate::outcome::Outc
 
 #[test]
 fn a_dataset_is_described_and_its_runs_are_runs() {
-    let head = "objects = [\"meshes/*.obj\", \"can\"]\nexclude = [\"meshes/01.obj\"]\nhands = [\"allegro\", \"barrett\"]\nstarts = 2\nseeds = [4, 5]\ntop_k = 1";
+    let head = "objects = [\"meshes/*.obj\", \"can\"]\nexclude = [\"meshes/01.obj\"]\n\
+        hands = [\"allegro\", \"barrett\"]\nstarts = 2\nseeds = [4, 5]\ntop_k = 1";
     let (folder, manifest) = workplace(2, head);
     let text_of = fs::read_to_string(&manifest).unwrap();
     fs::write(&manifest, text_of.replace("\"ca\"", "\"ca,pd,sd\"")).unwrap();
