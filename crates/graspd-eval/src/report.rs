@@ -153,7 +153,7 @@ pub struct GraspMetrics {
     /// Area of the hand's surface in contact \[cm^2\].
     pub contact_area_cm2: Option<f64>,
     /// The same voxels, each counted as the area of its side whichever way the surface in it is tilted \[cm^2\]: about
-    /// 1.5 times as much, and what published contact areas are to be compared with (docs/judge.md).
+    /// 1.5 times as much, and what published contact areas are to be compared with (docs/metrics.md).
     pub contact_area_voxel_count_cm2: Option<f64>,
     /// Volume of the hand inside the object \[cm^3\].
     pub interpenetration_volume_cm3: Option<f64>,

@@ -190,7 +190,7 @@ impl Validate for EvaluationSettings {
         .nested("volume", &self.volume)
         .nested("displacement", &self.displacement)
         .nested("shake", &self.shake)
-        .source("docs/judge.md")
+        .source("docs/metrics.md")
     }
 }
 

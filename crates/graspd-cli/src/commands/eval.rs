@@ -46,7 +46,7 @@ pub(crate) struct Arguments {
     metrics: Option<Metrics>,
     #[command(flatten)]
     configuration: ConfigurationChoice,
-    /// Physics engine of sd, sd6 and shake (docs/judge.md)
+    /// Physics engine of sd, sd6 and shake (docs/metrics.md)
     #[arg(long, value_enum, default_value_t = Engine::default())]
     engine: Engine,
     /// The Python interpreter that has the engine's package (by default that in target/engines, or python3)
