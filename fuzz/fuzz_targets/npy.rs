@@ -1,4 +1,5 @@
-//! Any bytes as one array of an otherwise sound archive: its checksums would keep most damage from the reader of arrays.
+//! Any bytes as one array of an otherwise sound archive: its checksums would keep most damage from the reader of
+//! arrays.
 
 #![no_main]
 

@@ -1,7 +1,8 @@
 //! Epsilon and volume of the grasp wrench space for 4 to 1000 contacts, beside the full hull where that finishes.
 //!
-//! `cargo bench -p graspd-tests --bench wrench_space`, with `-- --quick` for a first look. Pyramids have 8 edges, and the
-//! friction is 0.8. Contacts spread over a sphere are the hardest case: all directions of torque are equally weak.
+//! `cargo bench -p graspd-tests --bench wrench_space`, with `-- --quick` for a first look. Pyramids have 8 edges,
+//! and the friction is 0.8. Contacts spread over a sphere are the hardest case: all directions of torque are
+//! equally weak.
 
 use std::f64::consts::TAU;
 use std::hint::black_box;

@@ -1,5 +1,5 @@
-//! The picture of the built-in human hand in `docs/human-hand.md`: open, relaxed, pinching and as a fist, from the palm and
-//! from the thumb's side.
+//! The picture of the built-in human hand in `docs/human-hand.md`: open, relaxed, pinching and as a fist, from the
+//! palm and from the thumb's side.
 //!
 //! `cargo run --release -p graspd-tests --example human_hand_picture -- docs/pictures/human-hand.png`
 

@@ -1,10 +1,10 @@
 //! What a second core brings: independent starts in a pool of one thread and of two, one after the other.
 //!
-//! `cargo run --release -p graspd-tests --example two_threads -- [HAND] [ROUNDS]`; by default `allegro 8`. Each round makes
-//! the same eight grasps of the built-in mug (7000 steps, preset `paper`) with one thread and with two, and takes the wall
-//! clock's and the process's time of both. The wall clock's ratio is what a user sees, and falls with whatever else the
-//! machine does. The ratio by processor time is what two cores would make of it that do nothing else: it falls with what
-//! the threads take from each other in caches and memory alone.
+//! `cargo run --release -p graspd-tests --example two_threads -- [HAND] [ROUNDS]`; by default `allegro 8`. Each
+//! round makes the same eight grasps of the built-in mug (7000 steps, preset `paper`) with one thread and with two,
+//! and takes the wall clock's and the process's time of both. The wall clock's ratio is what a user sees, and falls
+//! with whatever else the machine does. The ratio by processor time is what two cores would make of it that do
+//! nothing else: it falls with what the threads take from each other in caches and memory alone.
 
 use std::error::Error;
 use std::time::{Duration, Instant};

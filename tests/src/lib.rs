@@ -1,17 +1,19 @@
-//! Tests and benchmarks that cross crates; the library itself is empty.
+//! Tests, benchmarks and examples that need several crates at once; the library itself is empty.
 //!
-//! A crate's own tests live with the crate. Here is what needs several of them at once:
-//!
-//! | where | what | run it with |
+//! | file | what it shows | run by |
 //! |---|---|---|
-//! | `tests/pipeline_gradient` | gradients through hand, contact and object together | `cargo test -p graspd-tests` |
-//! | `tests/fast_path` | one pass in single precision against four in double precision, along a recorded optimisation | `cargo test -p graspd-tests --test fast_path` |
-//! | `tests/allocations.rs` | steps of a synthesis allocate nothing | `cargo test -p graspd-tests --test allocations` |
-//! | `benches/backends.rs` | tape, duals and lanes, kernel to whole synthesis, one thread and two | `cargo xtask bench` |
-//! | `examples/precision.rs` | grasps from the same starts in single and in double precision, judged | `cargo run --release -p graspd-tests --example precision` |
-//! | `examples/hand_figures/` | every hand on one object: the tables and pictures of `docs/hands.md` | `cargo run --release -p graspd-tests --example hand_figures` |
-//! | `examples/human_hand_picture.rs` | the picture of `docs/human-hand.md` | `cargo run --release -p graspd-tests --example human_hand_picture` |
-//! | `benches/step.rs` | a synthesis step and its parts, reference and fast precision side by side | `cargo bench -p graspd-tests --bench step` |
+//! | `tests/pipeline_gradient` | the gradient of the losses by the hand's pose | `cargo test`, as all tests |
+//! | `tests/fast_path` | one pass in single precision against four in double precision | |
+//! | `tests/allocations.rs` | steps of a synthesis allocate nothing | |
+//! | `tests/derivative_by_hand.rs` | the contact law differentiated by hand against duals | |
+//! | `benches/backends` | tape, duals and lanes, from kernel to synthesis | `cargo xtask bench` |
+//! | `benches/step.rs` | a synthesis step and its parts | `cargo bench -p graspd-tests --bench step` |
+//! | `benches/sdf_query` | memory layouts of distance grids | `cargo bench ... --bench sdf_query` |
+//! | `benches/wrench_space.rs` | epsilon and volume of the wrench space | `cargo bench ... --bench wrench_space` |
+//! | `examples/hand_figures` | every hand on one object: `lab/hands.md` | `cargo run --release ... --example NAME` |
+//! | `examples/human_hand_picture.rs` | the picture of `docs/human-hand.md` | |
+//! | `examples/precision.rs` | grasps in single and in double precision, judged | |
+//! | `examples/two_threads.rs` | what a second core brings | |
 //!
 //! Benchmarks name backend and size, so that numbers can be compared across machines; `-- --quick` gives a first look
 //! in a minute. They run in the bench profile: those of a dev build say nothing.

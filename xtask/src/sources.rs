@@ -42,8 +42,8 @@ const LONG_FILE: usize = 500;
 /// Columns that a line may have.
 const MAX_COLUMNS: usize = 119;
 
-/// Words of our own and the field's terms for them: no name contains one of the former, or begins with it if it ends in
-/// `_`.
+/// Words of our own and the field's terms for them: no name contains one of the former, or begins with it if it
+/// ends in `_`.
 const PRIVATE_WORDS: &[(&str, &str)] = &[
     ("MOST_", "MAX_"),
     ("LEAST_", "MIN_"),
@@ -151,8 +151,8 @@ pub(crate) fn rust_files(folder: &Path) -> Result<Vec<PathBuf>> {
     files_under(folder, "rs")
 }
 
-/// Returns all files under `folder` whose names end so, in the order of their names; build outputs and packages of other
-/// languages are left out.
+/// Returns all files under `folder` whose names end so, in the order of their names; build outputs and packages of
+/// other languages are left out.
 pub(crate) fn files_under(folder: &Path, extension: &str) -> Result<Vec<PathBuf>> {
     let mut files = Vec::new();
     let mut entries = fs::read_dir(folder)

@@ -72,8 +72,8 @@ fn python_of(environment: &Path) -> PathBuf {
     }
 }
 
-/// Makes sixty grasps of three qualities, judges them by every engine, and writes what came of it to `lab/engines.json`
-/// and, as tables, to `target/engines/agreement.md`.
+/// Makes sixty grasps of three qualities, judges them by every engine, and writes what came of it to
+/// `lab/engines.json` and, as tables, to `target/engines/agreement.md`.
 pub(crate) fn compare(laboratory: &Laboratory) -> Result<()> {
     set_up(laboratory)?;
     let folder = laboratory.target.join("engines");

@@ -143,8 +143,8 @@ fn displacement(canvas: &Canvas<'_>, runs: &[Evaluation]) -> Result<()> {
     legend(&mut chart, SeriesLabelPosition::LowerRight)
 }
 
-/// Contact area of the best two of each object against the time that a grasp takes. (CA/IV would favour hands that hardly
-/// touch.)
+/// Contact area of the best two of each object against the time that a grasp takes. (CA/IV would favour hands that
+/// hardly touch.)
 fn time(canvas: &Canvas<'_>, runs: &[Evaluation]) -> Result<()> {
     let best_two = SELECTIONS[0];
     let every = SELECTIONS[SELECTIONS.len() - 1];

@@ -65,10 +65,11 @@ fn difference_of_quotients([a, b, c, d]: [f64; 4]) -> f64 {
     a / b - c / d
 }
 
-/// Computes the mean of a column over objects of its mean over the selected grasps (of a ratio: the ratio of the means).
+/// Computes the mean of a column over objects of its mean over the selected grasps (of a ratio: the ratio of the
+/// means).
 ///
-/// Of one object, grasps are resampled. Of several, objects are, and grasps within them too if all count: the best of a
-/// resample are not a sample of the best.
+/// Of one object, grasps are resampled. Of several, objects are, and grasps within them too if all count: the best
+/// of a resample are not a sample of the best.
 pub(super) fn estimate(
     objects: &[ObjectResult],
     selection: Selection,

@@ -46,8 +46,8 @@ const STARTS: usize = 10;
 /// Runs the experiment, prints the table, and writes `table4.json`, `table4.md` and pictures: into `lab`, or a quick
 /// run's into `target/table4-quick`.
 ///
-/// An object's results are kept as soon as it is done (`target/table4/OBJECT/row.json`): an interrupted run goes on with
-/// the next object, as long as the command, the mesh and what was asked for are the same.
+/// An object's results are kept as soon as it is done (`target/table4/OBJECT/row.json`): an interrupted run goes on
+/// with the next object, as long as the command, the mesh and what was asked for are the same.
 pub(crate) fn reproduce(laboratory: &Laboratory, options: &Options) -> Result<()> {
     let started = Instant::now();
     let mut subjects = subjects(&laboratory.root, &options.objects)?;

@@ -215,14 +215,14 @@ pub(super) fn document(rows: &[ObjectRow], starts: usize, is_quick: bool) -> Str
     let command = if is_quick { " --quick" } else { "" };
     let mut text = format!(
         "# Grasps from depth images (the paper's Table 4)\n\n\
-         Written by `cargo xtask reproduce-table4{command}`: {starts} grasps of each of {} objects with the built-in human \
-         hand,\noptimised on the true mesh and on a mesh reconstructed from a capture ({rendered} rendered, {} real), both \
-         judged on the\ntrue mesh. Means over the two grasps of least simulation displacement (SD). CA: contact area, IV: \
-         interpenetration\nvolume; CA/IV is the ratio of the means. How captures are made and read: \
+         Written by `cargo xtask reproduce-table4{command}`: {starts} grasps of each of {} objects with the built-in \
+         human hand,\noptimised on the true mesh and on a mesh reconstructed from a capture ({rendered} rendered, {} \
+         real), both judged on the\ntrue mesh. Means over the two grasps of least simulation displacement (SD). CA: \
+         contact area, IV: interpenetration\nvolume; CA/IV is the ratio of the means. How captures are made and read: \
          [docs/rgbd.md](../docs/rgbd.md).\n\n\
-         The figures compare with the paper's in kind and not to the digit: it uses MANO and another judge. As we read \
-         its\nappendix A.6, its contact area is the number of 1 mm voxels of the hand's surface inside the object, each \
-         counted as\n1 mm²; the table gives this beside the true area.\n\n\
+         The figures compare with the paper's in kind and not to the digit: it uses MANO and another judge. As we \
+         read its\nappendix A.6, its contact area is the number of 1 mm voxels of the hand's surface inside the \
+         object, each counted as\n1 mm²; the table gives this beside the true area.\n\n\
          | | CA [cm²] | IV [cm³] | CA/IV [1/cm] | SD [cm] |\n|---|---|---|---|---|\n",
         rows.len(),
         rows.len() - rendered,

@@ -1,7 +1,7 @@
 //! L_phys and its derivative by the contact positions with the contact law differentiated by hand, in reverse.
 //!
-//! This is what the loops of graspd-sim could do instead of carrying duals through the law: it is here to be measured, and
-//! to show what it would take. `tests/derivative_by_hand` holds it against the law.
+//! This is what the loops of graspd-sim could do instead of carrying duals through the law: it is here to be
+//! measured, and to show what it would take. `tests/derivative_by_hand` holds it against the law.
 
 use graspd_ad::{Element, Kernel, Real};
 use graspd_geom::Vec3;

@@ -1,10 +1,10 @@
-//! Ways of computing a step, side by side: {reverse tape, duals, derivative by hand; in f64 and in lanes} x {Allegro, a skin
-//! of MANO's size with and without blendshapes, the built-in human hand} x {contact kernel, whole step, 7000 steps} x {1, 2
-//! threads}.
+//! Ways of computing a step, side by side: {reverse tape, duals, derivative by hand; in f64 and in lanes} x
+//! {Allegro, a skin of MANO's size with and without blendshapes, the built-in human hand} x {contact kernel, whole
+//! step, 7000 steps} x {1, 2 threads}.
 //!
-//! `cargo xtask bench` runs this and prints one table; `cargo bench -p graspd-tests --bench backends` runs it alone. All
-//! times are processor time of the thread that computes, so that other programs disturb them less. With two threads, each
-//! makes a grasp of its own and the time is the mean of both: half of it is what a grasp costs.
+//! `cargo xtask bench` runs this and prints one table; `cargo bench -p graspd-tests --bench backends` runs it
+//! alone. All times are processor time of the thread that computes, so that other programs disturb them less. With
+//! two threads, each makes a grasp of its own and the time is the mean of both: half of it is what a grasp costs.
 
 mod by_hand;
 #[path = "../setting/mod.rs"]

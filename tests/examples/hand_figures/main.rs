@@ -1,11 +1,12 @@
-//! The figures and pictures of every hand in `docs/hands.md`: one object, as `graspd synth OBJECT --hand HAND -n COUNT`
-//! grasps it.
+//! The figures and pictures of every hand in `lab/hands.md`: one object, as `graspd synth OBJECT --hand HAND -n
+//! COUNT` grasps it.
 //!
 //! `cargo run --release -p graspd-tests --example hand_figures -- OBJECT FOLDER [COUNT] [PRESET] [HAND]...`
 //!
 //! Prints two tables in Markdown, and writes `hand-HAND-OBJECT.png`, the best grasp of each hand, and
-//! `hand-HAND-OBJECT.jsonl`, all its grasps, to FOLDER. By default 10 grasps of the preset `default` with all hands (named
-//! as in the first column of what is printed while it runs). Public files of hands are found as the tests find them.
+//! `hand-HAND-OBJECT.jsonl`, all its grasps, to FOLDER. By default 10 grasps of the preset `default` with all hands
+//! (named as in the first column of what is printed while it runs). Public files of hands are found as the tests
+//! find them.
 
 mod hands;
 mod self_penetration;
@@ -88,7 +89,8 @@ fn main() -> Result<(), Box<dyn Error>> {
         }
     }
     println!(
-        "| hand | SD cm | CA cm2 | IV cm3 | epsilon | deepest mm | hold | free | s a grasp |\n|---|---|---|---|---|---|---|---|---|\n{figures}"
+        "| hand | SD cm | CA cm2 | IV cm3 | epsilon | deepest mm | hold | free | s a grasp |\n\
+         |---|---|---|---|---|---|---|---|---|\n{figures}"
     );
     println!(
         "| hand | of the best two, mm | mean, mm | deepest, mm |\n|---|---|---|---|\n{overlaps}"
@@ -106,7 +108,8 @@ fn line(record: &GraspRecord, overlap: &Overlap) -> String {
     let metrics = record.metrics.as_ref();
     let of = |pick: fn(&graspd_eval::GraspMetrics) -> Option<f64>| metrics.and_then(pick);
     format!(
-        "  #{}: SD {} CA {} IV {} epsilon {} deepest {} mm, itself {:.1} mm ({first}, {second}; spheres {:.1} mm), pre-grasp {}",
+        "  #{}: SD {} CA {} IV {} epsilon {} deepest {} mm, itself {:.1} mm \
+         ({first}, {second}; spheres {:.1} mm), pre-grasp {}",
         record.index,
         number(of(|m| m.sim_displacement_cm), 2),
         number(of(|m| m.contact_area_cm2), 1),

@@ -154,8 +154,8 @@ fn digit(body: u32) -> usize {
     body.div_ceil(3) as usize
 }
 
-/// The deepest vertex of each digit inside each other one \[m\]. A digit is the skin that follows its bones most, closed by fans where it was
-/// cut off; a digit's first bone is not compared with the palm, which it grows out of.
+/// The deepest vertex of each digit inside each other one \[m\]. A digit is the skin that follows its bones most,
+/// closed by fans where it was cut off; a digit's first bone is not compared with the palm, which it grows out of.
 fn between_fingers(hand: &SkinnedHand, pose: &HandPose) -> Result<Vec<f64>, Box<dyn Error>> {
     let points = contact_points(hand, pose);
     let count = hand.model().template.len();

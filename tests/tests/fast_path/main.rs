@@ -1,5 +1,5 @@
-//! The fast path of a step, one pass over the contacts in single precision, against the plain one: four passes in double
-//! precision, one contact at a time. Both follow the poses of one recorded optimisation.
+//! The fast path of a step, one pass over the contacts in single precision, against the plain one: four passes in
+//! double precision, one contact at a time. Both follow the poses of one recorded optimisation.
 
 mod trajectory;
 
@@ -234,8 +234,9 @@ fn the_fast_path_follows_the_reference() {
 
 /// At the poses and targets of a whole optimisation, losses and gradient of the fast path are those of the reference.
 ///
-/// The targets are those that the fast path moves, given to both. (Moved by each for itself they would part in the end:
-/// Adamax divides each gradient by its size, so that where a gradient is nearly 0, its rounding counts in full.)
+/// The targets are those that the fast path moves, given to both. (Moved by each for itself they would part in the
+/// end: Adamax divides each gradient by its size, so that where a gradient is nearly 0, its rounding counts in
+/// full.)
 #[test]
 fn the_fast_path_is_the_reference_over_a_whole_optimisation() {
     /// Steps from one comparison to the next.
