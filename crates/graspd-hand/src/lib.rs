@@ -35,6 +35,7 @@ mod allegro;
 mod articulated;
 mod articulated_jacobian;
 mod articulated_kinematics;
+mod autodiff_hand;
 mod barrett;
 mod body_points;
 mod builtin;
@@ -63,6 +64,7 @@ mod urdf;
 
 pub use allegro::allegro;
 pub use articulated::{ArticulatedHand, HandDescription, HandOptions};
+pub use autodiff_hand::{AutodiffHand, HandModel, HandModelDescription};
 pub use barrett::barrett;
 pub use builtin::{
     BUILTIN_HANDS, BuiltinHand, LoadOptions, SkinOptions, builtin_hand, load_hand, load_hand_from,

@@ -1,6 +1,7 @@
 //! Every kind of hand: forward kinematics against the crate `k`, pullbacks against central differences and the tape,
 //! mirror images, spheres.
 
+mod autodiff;
 #[path = "../jacobian_rows/mod.rs"]
 mod jacobian_rows;
 mod kinds;

@@ -17,21 +17,21 @@ use rand_chacha::ChaCha8Rng;
 use crate::kinds::{Kind, human_hand, make_human_hand, rigid, turning_gripper};
 use crate::{ALLEGRO, BARRETT, LEAP, LEFT, RIGHT, coarse, file, within_limits};
 
-struct Evaluated {
+pub(crate) struct Evaluated {
     contacts: PointBuffer<f64>,
     spheres: PointBuffer<f64>,
-    gradient: PoseGradient,
+    pub(crate) gradient: PoseGradient,
 }
 
 /// What a scalar is made of.
 #[derive(Clone, Copy, PartialEq)]
-enum Over {
+pub(crate) enum Over {
     ContactsAndSpheres,
     Contacts,
 }
 
 /// Points, and the pullback of a scalar that is not symmetric in anything.
-fn evaluated(hand: &dyn Hand, pose: &HandPose, over: Over) -> (f64, Evaluated) {
+pub(crate) fn evaluated(hand: &dyn Hand, pose: &HandPose, over: Over) -> (f64, Evaluated) {
     let mut scratch = hand.new_scratch();
     let mut contacts = PointBuffer::<f64>::zeros(hand.contact_points().weight.len());
     let mut spheres = PointBuffer::zeros(hand.collision_spheres().radius.len());
@@ -82,7 +82,7 @@ fn coefficient(index: usize) -> (Vec3<f64>, f64) {
     )
 }
 
-fn flat(gradient: &PoseGradient) -> Vec<f64> {
+pub(crate) fn flat(gradient: &PoseGradient) -> Vec<f64> {
     let (t, r) = (gradient.translation, gradient.rotation);
     [t.x, t.y, t.z, r.x, r.y, r.z]
         .into_iter()

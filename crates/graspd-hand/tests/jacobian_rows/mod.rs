@@ -37,7 +37,11 @@ pub(crate) fn pose_of(hand: &dyn Hand, random: &mut ChaCha8Rng) -> HandPose {
 }
 
 /// Faces, vertices from anywhere (the last among them) and pairs of spheres, pulled at in any direction.
-fn forces_of(hand: &dyn Hand, pose: &HandPose, random: &mut ChaCha8Rng) -> Vec<PointForces> {
+pub(crate) fn forces_of(
+    hand: &dyn Hand,
+    pose: &HandPose,
+    random: &mut ChaCha8Rng,
+) -> Vec<PointForces> {
     let surface = hand.surface(pose);
     let last = surface.vertices.len() as u32 - 1;
     let spheres = hand.collision_spheres().radius.len() as u32;
@@ -74,7 +78,7 @@ fn placed(hand: &dyn Hand, pose: &HandPose) -> PosedHand {
 }
 
 /// Rows by base and articulation.
-fn expanded(hand: &dyn Hand, rows: &JacobianRows) -> Vec<Vec<f64>> {
+pub(crate) fn expanded(hand: &dyn Hand, rows: &JacobianRows) -> Vec<Vec<f64>> {
     let joints = hand.open_articulation().len();
     let basis = hand.jacobian_basis();
     let expand = |row: JacobianRow<'_>| {
