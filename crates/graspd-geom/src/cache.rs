@@ -21,7 +21,7 @@ use std::sync::{Arc, OnceLock};
 use std::time::{Duration, SystemTime};
 
 use crate::GeometryError;
-use crate::io::temporary_beside;
+use crate::whole_file::temporary_beside;
 
 const MAGIC: [u8; 16] = *b"graspd cache 1\n\0";
 const HASH_LEN: usize = blake3::OUT_LEN;

@@ -48,6 +48,7 @@ mod shapes;
 #[cfg(feature = "testing")]
 mod test_data;
 mod topology;
+mod whole_file;
 
 pub use cache::{CacheKey, CacheSize, DiskCache};
 pub use closed::{ClosedSurface, closed_surface, flipped, require_closed, weld_exact};
@@ -84,3 +85,4 @@ pub use shapes::{box_mesh, capsule_mesh, cylinder_mesh, sphere_mesh};
 #[cfg(feature = "testing")]
 pub use test_data::shared_file;
 pub use topology::{BoundaryLoop, Topology, topology};
+pub use whole_file::write_atomically;

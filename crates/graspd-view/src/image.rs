@@ -1,8 +1,9 @@
 //! Pictures: rows of RGB pixels, PNG files, contact sheets.
 
-use std::fs;
-use std::io::{BufWriter, Write};
+use std::io::Write;
 use std::path::Path;
+
+use graspd_geom::write_atomically;
 
 use crate::{Color, ViewError};
 
@@ -89,26 +90,10 @@ impl Image {
     /// [`ViewError::Write`] when the folder is missing or not writable.
     pub fn write_png(&self, path: impl AsRef<Path>) -> Result<(), ViewError> {
         let path = path.as_ref();
-        let failed = |cause| ViewError::Write {
+        let write = |out: &mut dyn Write| out.write_all(&self.to_png()?);
+        write_atomically(path, write).map_err(|cause| ViewError::Write {
             path: path.to_owned(),
             cause,
-        };
-        let bytes = self.to_png().map_err(failed)?;
-        // Renaming within a folder replaces the file in one step.
-        let mut name = std::ffi::OsString::from(".");
-        name.push(path.file_name().unwrap_or_default());
-        name.push(format!(".{}.part", std::process::id()));
-        let partial = path.with_file_name(name);
-        let write = || -> std::io::Result<()> {
-            let mut file = BufWriter::new(fs::File::create(&partial)?);
-            file.write_all(&bytes)?;
-            file.into_inner().map_err(|e| e.into_error())?.sync_all()?;
-            fs::rename(&partial, path)
-        };
-        write().map_err(|cause| {
-            // What is left of a failed attempt is of no use; that it cannot be removed is not the fault to report.
-            let _ = fs::remove_file(&partial);
-            failed(cause)
         })
     }
 
@@ -159,6 +144,8 @@ pub fn tile(images: &[Image], columns: usize) -> Result<Image, ViewError> {
 
 #[cfg(test)]
 mod tests {
+    use std::fs;
+
     use super::*;
 
     #[test]

@@ -1,7 +1,7 @@
 //! `grasps.jsonl`: grasp records, one a line.
 
 use std::fs::File;
-use std::io::{BufRead, BufReader, ErrorKind, Read, Write};
+use std::io::{BufRead, BufReader, ErrorKind, Read};
 use std::path::Path;
 
 use serde_json::Value;
@@ -123,23 +123,11 @@ pub fn write_records(path: &Path, records: &[GraspRecord]) -> Result<(), GraspEr
 /// # Errors
 /// If any of this fails; names the path.
 pub fn write_atomically(path: &Path, bytes: &[u8]) -> Result<(), GraspError> {
-    let failed = |source| GraspError::Write {
-        path: path.to_owned(),
-        source,
-    };
-    let mut name = path.file_name().unwrap_or_default().to_owned();
-    name.push(format!(".{}.part", std::process::id()));
-    let temporary = path.with_file_name(name);
-    let write = || {
-        let mut file = File::create(&temporary)?;
-        file.write_all(bytes)?;
-        file.sync_all()?;
-        std::fs::rename(&temporary, path)
-    };
-    write().map_err(|source| {
-        // What was written so far is of no use to anyone; failing to remove it changes nothing.
-        let _ = std::fs::remove_file(&temporary);
-        failed(source)
+    graspd_geom::write_atomically(path, |out| out.write_all(bytes)).map_err(|source| {
+        GraspError::Write {
+            path: path.to_owned(),
+            source,
+        }
     })
 }
 

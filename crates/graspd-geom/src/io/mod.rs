@@ -15,8 +15,8 @@ use std::path::Path;
 use crate::{GeometryError, PointCloud, TriangleMesh};
 
 pub(crate) use assemble::parse_error;
+pub(crate) use save::write_whole;
 pub use save::{require_mesh_format, save_mesh, save_obj, save_off, save_ply, save_stl};
-pub(crate) use save::{temporary_beside, write_whole};
 
 /// The extensions that [`load_mesh`] knows.
 const READABLE: &str = ".obj, .stl, .ply, .off, .glb, .gltf, .dae";

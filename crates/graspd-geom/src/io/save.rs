@@ -1,10 +1,9 @@
 //! Mesh writers; a file appears whole or not at all.
 
-use std::io::{BufWriter, Write};
-use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::io::Write;
+use std::path::Path;
 
-use crate::{GeometryError, TriangleMesh};
+use crate::{GeometryError, TriangleMesh, write_atomically};
 
 const WRITABLE: &str = ".obj, .stl, .ply, .off";
 
@@ -132,27 +131,8 @@ pub(crate) fn write_whole(
     path: &Path,
     content: impl FnOnce(&mut dyn Write) -> std::io::Result<()>,
 ) -> Result<(), GeometryError> {
-    let temporary = temporary_beside(path);
-    let written = (|| {
-        let mut out = BufWriter::new(std::fs::File::create_new(&temporary)?);
-        content(&mut out)?;
-        out.into_inner()?.sync_all()?;
-        std::fs::rename(&temporary, path)
-    })();
-    written.map_err(|source| {
-        // Best effort: the error that matters is the one being reported.
-        let _ = std::fs::remove_file(&temporary);
-        GeometryError::Write {
-            path: path.into(),
-            source,
-        }
+    write_atomically(path, content).map_err(|source| GeometryError::Write {
+        path: path.into(),
+        source,
     })
-}
-
-/// A name in the same folder, hence on the same file system, that no other thread or process uses.
-pub(crate) fn temporary_beside(path: &Path) -> PathBuf {
-    static SERIAL: AtomicU64 = AtomicU64::new(0);
-    let serial = SERIAL.fetch_add(1, Ordering::Relaxed);
-    let name = path.file_name().unwrap_or_default().to_string_lossy();
-    path.with_file_name(format!(".{name}.{}-{serial}.part", std::process::id()))
 }
