@@ -27,14 +27,14 @@ pub(crate) fn tell(line: &str) {
     let _ = writeln!(io::stderr(), "{line}");
 }
 
-/// A warning on stderr, unless quiet.
+/// Writes a warning to stderr, unless quiet.
 pub(crate) fn warn(quiet: bool, text: &str) {
     if !quiet {
         tell(&format!("warning: {}", one_line(text)));
     }
 }
 
-/// An error and its causes in one line, each cause once: many messages already tell their cause.
+/// Describes an error and its causes in one line, each cause once: many messages already name their cause.
 pub(crate) fn describe(error: &anyhow::Error) -> String {
     let mut text = String::new();
     for cause in error.chain() {
@@ -49,7 +49,7 @@ pub(crate) fn describe(error: &anyhow::Error) -> String {
     one_line(&text)
 }
 
-/// File names and parsers' messages may hold line ends and worse.
+/// Replaces control characters, which file names and parsers' messages may hold, by spaces.
 fn one_line(text: &str) -> String {
     text.chars()
         .map(|c| if c.is_control() { ' ' } else { c })

@@ -59,12 +59,12 @@ impl Progress {
         Self { sink }
     }
 
-    /// `count` more units are done.
+    /// Counts `count` more units as done.
     pub(crate) fn advance(&self, count: u64) {
         self.update(|position| position + count);
     }
 
-    /// `position` units are done in all.
+    /// Sets how many units are done in all.
     pub(crate) fn set(&self, position: u64) {
         self.update(|_| position);
     }
@@ -92,7 +92,7 @@ impl Progress {
         }
     }
 
-    /// A line beside the bar.
+    /// Writes a line beside the bar.
     pub(crate) fn note(&self, line: &str) {
         match &self.sink {
             Sink::Quiet => {}

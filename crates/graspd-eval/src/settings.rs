@@ -62,12 +62,12 @@ impl Metrics {
         shake: false,
     };
 
-    /// Whether any of them looks at the hand's surface.
+    /// Returns whether any of them looks at the hand's surface.
     pub(crate) fn needs_surface(&self) -> bool {
         self.contact_area || self.max_penetration || self.wrench_space
     }
 
-    /// Whether any of them is a simulation.
+    /// Returns whether any of them is a simulation.
     pub(crate) fn needs_physics(&self) -> bool {
         self.displacement || self.displacement_mean6 || self.shake
     }
@@ -200,7 +200,7 @@ impl EvaluationSettings {
         0.5 * 3.0_f64.sqrt() * self.voxel_size
     }
 
-    /// How far from the object the centres of surface voxels matter to some metric \[m\].
+    /// Returns how far from the object the centres of surface voxels matter to some metric \[m\].
     pub(crate) fn reach(&self) -> f64 {
         (self.contact_tolerance + self.half_diagonal()).max(self.contact_threshold)
     }

@@ -136,7 +136,7 @@ impl Ranges {
         self.fault.map_or(Ok(()), Err)
     }
 
-    /// The keys and their ranges, in the order of declaration.
+    /// Returns the keys and their ranges, in the order of declaration.
     pub fn into_list(self) -> Vec<(String, Range)> {
         self.list
     }

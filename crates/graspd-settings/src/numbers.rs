@@ -2,7 +2,7 @@
 
 /// A value made of numbers: one, none, or several.
 pub trait Numbers {
-    /// The first of them that `is_wrong` holds for.
+    /// Returns the first of them that `is_wrong` holds for.
     fn find(&self, is_wrong: &dyn Fn(f64) -> bool) -> Option<f64>;
 }
 

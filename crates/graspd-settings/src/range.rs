@@ -77,47 +77,47 @@ impl Range {
         Self { high, ..self }
     }
 
-    /// The part with x >= low.
+    /// Returns the part with x >= low.
     pub const fn at_least(self, low: f64) -> Self {
         self.from(Bound::at(low))
     }
 
-    /// The part with x > low.
+    /// Returns the part with x > low.
     pub const fn more_than(self, low: f64) -> Self {
         self.from(Bound::at(low).beside())
     }
 
-    /// The part with x < high.
+    /// Returns the part with x < high.
     pub const fn less_than(self, high: f64) -> Self {
         self.to(Bound::at(high).beside())
     }
 
-    /// The part with x >= `value`, which is that of another setting.
+    /// Returns the part with x >= `value`, which is that of another setting.
     pub const fn at_least_setting(self, setting: &'static str, value: f64) -> Self {
         self.from(Bound::at(value).of(setting))
     }
 
-    /// The part with x > `value`, which is that of another setting.
+    /// Returns the part with x > `value`, which is that of another setting.
     pub const fn more_than_setting(self, setting: &'static str, value: f64) -> Self {
         self.from(Bound::at(value).of(setting).beside())
     }
 
-    /// The part with x <= `value`, which is that of another setting.
+    /// Returns the part with x <= `value`, which is that of another setting.
     pub const fn at_most_setting(self, setting: &'static str, value: f64) -> Self {
         self.to(Bound::at(value).of(setting))
     }
 
-    /// The same numbers, in a unit.
+    /// Returns the same numbers, in a unit.
     pub const fn unit(self, unit: &'static str) -> Self {
         Self { unit, ..self }
     }
 
-    /// The same numbers, the default from this source.
+    /// Returns the same numbers, the default from this source.
     pub const fn source(self, source: &'static str) -> Self {
         Self { source, ..self }
     }
 
-    /// Whether a number is finite and lies between the bounds.
+    /// Returns whether a number is finite and lies between the bounds.
     pub fn contains(&self, value: f64) -> bool {
         let Self { low, high, .. } = self;
         value.is_finite()
@@ -151,7 +151,7 @@ impl fmt::Display for Bound {
 }
 
 impl Range {
-    /// The numbers in words, without their unit.
+    /// Returns the numbers in words, without their unit.
     pub fn words(&self) -> String {
         let Self { low, high, .. } = self;
         let least = if low.is_included {

@@ -26,7 +26,8 @@ pub(crate) struct PictureAxes {
 }
 
 impl PictureAxes {
-    /// The axes for a viewer in direction `back`; where `up` is parallel to it (or zero), another up is chosen.
+    /// Returns the axes for a viewer in direction `back`; where `up` is parallel to it (or zero), another up is
+    /// chosen.
     fn new(back: Vector3<f64>, up: Vector3<f64>) -> Option<Self> {
         let back = back
             .try_normalize(0.0)
@@ -55,7 +56,7 @@ impl Camera {
     /// The vertical angle of cameras that frame something \[rad\]: a mild perspective.
     pub const VERTICAL_ANGLE: f64 = 26f64.to_radians();
 
-    /// The camera in direction `towards_viewer` of the points, as near as it can be with all of them in the
+    /// Returns the camera in direction `towards_viewer` of the points, as near as it can be with all of them in the
     /// picture and a small margin around them.
     ///
     /// `aspect` is the picture's width over its height. Without a (finite) point, a cube of 20 cm about the origin is
@@ -102,13 +103,13 @@ impl Camera {
         }
     }
 
-    /// The whole scene from the front right and above, z up.
+    /// Frames the whole scene from the front right and above, z up.
     pub fn three_quarter(scene: &Scene<'_>, aspect: f64) -> Self {
         let towards_viewer = direction(35f64.to_radians(), 24f64.to_radians());
         Self::framing(scene.points(), towards_viewer, Vector3::z(), aspect)
     }
 
-    /// The picture's axes.
+    /// Returns the picture's axes.
     ///
     /// # Errors
     /// [`ViewError::Camera`] for a camera that looks nowhere.
@@ -132,7 +133,7 @@ impl Camera {
     }
 }
 
-/// The unit vector with this azimuth (about z, from x) and elevation (from the xy plane) \[rad\].
+/// Returns the unit vector with this azimuth (about z, from x) and elevation (from the xy plane) \[rad\].
 pub(crate) fn direction(azimuth: f64, elevation: f64) -> Vector3<f64> {
     Vector3::new(
         azimuth.cos() * elevation.cos(),

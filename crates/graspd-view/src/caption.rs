@@ -36,7 +36,7 @@ impl TextStyle {
         self.height.val() + 3
     }
 
-    /// The text, or its beginning with a mark of omission, in at most `width` pixels.
+    /// Returns the text, or its beginning with a mark of omission, in at most `width` pixels.
     pub(crate) fn fitted(self, text: &str, width: usize) -> String {
         let most = width / self.advance();
         if text.chars().count() <= most {

@@ -24,14 +24,15 @@ impl Color {
     /// The colours that tell several objects of one scene apart, in the order to use them.
     pub const PALETTE: [Self; 4] = [Self::SLATE, Self::SAND, Self::SAGE, Self::BRICK];
 
-    /// The colour of these sRGB channels.
+    /// Returns the colour of these sRGB channels.
     pub const fn new(red: u8, green: u8, blue: u8) -> Self {
         Self {
             srgb: [red, green, blue],
         }
     }
 
-    /// The colour that stands for `level` from 0 (light yellow) to 1 (dark red), as for forces on contact dots.
+    /// Returns the colour that stands for `level` from 0 (light yellow) to 1 (dark red), as for forces on contact
+    /// dots.
     ///
     /// Levels outside \[0, 1\] are clamped; NaN counts as 0.
     pub fn heat(level: f64) -> Self {
@@ -56,7 +57,7 @@ impl Color {
         Self::new(channel(0), channel(1), channel(2))
     }
 
-    /// The channels as linear light, 0 to 1.
+    /// Returns the channels as linear light, 0 to 1.
     pub(crate) fn to_linear(self) -> [f32; 3] {
         self.srgb.map(|channel| {
             let s = f32::from(channel) / 255.0;
@@ -68,7 +69,7 @@ impl Color {
         })
     }
 
-    /// The colour of linear light; what is brighter than white is clamped.
+    /// Returns the colour of linear light; what is brighter than white is clamped.
     pub(crate) fn from_linear(light: [f32; 3]) -> Self {
         Self {
             srgb: light.map(|l| {

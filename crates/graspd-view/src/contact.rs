@@ -16,7 +16,7 @@ pub struct ContactForce {
     pub force: Vector3<f64>,
 }
 
-/// Dots at the contacts, in the colour ([`Color::heat`]) and size of their force as a share of the largest.
+/// Makes dots at the contacts, in the colour ([`Color::heat`]) and size of their force as a share of the largest.
 pub fn contact_dots(contacts: &[ContactForce]) -> Vec<Dot> {
     let largest = (contacts.iter())
         .map(|contact| contact.force.norm())

@@ -6,7 +6,7 @@ use nalgebra::{Unit, UnitQuaternion, Vector3};
 
 use crate::{Camera, Color, Dot, Image, Scene, Shading, Surface, ViewError, render, tile};
 
-/// A strip of three pictures of a grasp, each of `panel` = (width, height) pixels: two opposite three-quarter
+/// Renders a strip of three pictures of a grasp, each of `panel` = (width, height) pixels: two opposite three-quarter
 /// views, then one that faces the palm.
 ///
 /// `pose` and `contacts` (marks drawn over object and hand, such as contact points coloured by [`Color::heat`] of
@@ -38,7 +38,7 @@ pub(crate) fn aspect((width, height): (usize, usize)) -> f64 {
     width as f64 / height.max(1) as f64
 }
 
-/// The object in slate, the hand in sand.
+/// Returns the scene of an object in slate and a hand in sand.
 pub(crate) fn grasp_scene<'a>(
     object: &'a TriangleMesh,
     hand: &'a TriangleMesh,
@@ -62,7 +62,7 @@ pub(crate) fn grasp_scene<'a>(
     }
 }
 
-/// The direction towards the viewer and what is up, in the object's frame, for each panel.
+/// Returns the direction towards the viewer and what is up, in the object's frame, for each panel.
 pub(crate) fn grasp_directions(
     hand: &dyn Hand,
     pose: &HandPose,

@@ -13,9 +13,9 @@ const DOT_COLOR: Color = Color::new(34, 90, 140);
 /// Length of the palm frame's axes as a share of the hand's size.
 const AXIS_SHARE: f64 = 0.3;
 
-/// A strip of three pictures, each of `panel` = (width, height) pixels: the open hand from the side that its palm
-/// faces, the same turned half sideways, and the hand at the articulation `closed` from there. Contact points are
-/// dots; the palm frame's axes are red for the normal, green for the fingers, blue for their cross product.
+/// Renders a strip of three pictures, each of `panel` = (width, height) pixels: the open hand from the side that its
+/// palm faces, the same turned half sideways, and the hand at the articulation `closed` from there. Contact points
+/// are dots; the palm frame's axes are red for the normal, green for the fingers, blue for their cross product.
 ///
 /// # Errors
 /// [`ViewError::Size`].

@@ -21,7 +21,7 @@ impl Image {
     /// ... of which no side is longer than this.
     pub const MAX_SIDE: usize = 1 << 15;
 
-    /// A picture of one colour.
+    /// Returns a picture of one colour.
     ///
     /// # Errors
     /// [`ViewError::Size`] for no pixels, more than [`Image::MAX_PIXELS`] or a side over
@@ -48,17 +48,17 @@ impl Image {
         self.height
     }
 
-    /// The pixels, rows top to bottom, `[height * width]`, sRGB.
+    /// Returns the pixels, rows top to bottom, `[height * width]`, sRGB.
     pub fn pixels(&self) -> &[[u8; 3]] {
         &self.pixels
     }
 
-    /// The pixels, to be written.
+    /// Returns the pixels, to be written.
     pub(crate) fn pixels_mut(&mut self) -> &mut [[u8; 3]] {
         &mut self.pixels
     }
 
-    /// The pixel in column `x` and row `y`.
+    /// Returns the pixel in column `x` and row `y`.
     ///
     /// # Panics
     /// If there is no such pixel.
@@ -67,7 +67,7 @@ impl Image {
         self.pixels[y * self.width + x]
     }
 
-    /// The picture as the bytes of a PNG file.
+    /// Returns the picture as the bytes of a PNG file.
     ///
     /// # Errors
     /// What the encoder says; it has no reason to fail on a picture that fits in memory.
@@ -112,8 +112,8 @@ impl Image {
     }
 }
 
-/// A contact sheet: pictures side by side in rows of `columns`, each centred in a cell of the largest one's size,
-/// on white with narrow gaps.
+/// Puts pictures side by side in rows of `columns`, each centred in a cell of the largest one's
+/// size, on white with narrow gaps.
 ///
 /// # Errors
 /// [`ViewError::Size`] when there are no pictures or no columns, or the sheet would be too large.

@@ -84,8 +84,8 @@ impl Lighting {
         }
     }
 
-    /// The light on a point whose face has the unit normal `face_normal`, shaded as if it were `normal`, seen from
-    /// the unit direction `to_viewer`; both normals point to the viewer's side.
+    /// Returns the light on a point whose face has the unit normal `face_normal`, shaded as if it were `normal`, seen
+    /// from the unit direction `to_viewer`; both normals point to the viewer's side.
     pub(crate) fn at(
         &self,
         point: Point3<f64>,
@@ -154,8 +154,8 @@ impl LampPair {
         }
     }
 
-    /// The irradiance at a place (by its offset from the scene's centre \[m\], to be lifted by `lift` \[texels\])
-    /// with this unit normal from that lamp of the two which it faces.
+    /// Returns the irradiance at a place (by its offset from the scene's centre \[m\], to be lifted by `lift`
+    /// \[texels\]) with this unit normal from that lamp of the two which it faces.
     #[inline]
     fn received(&self, offset: Vector3<f32>, lift: Vector3<f32>, normal: Vector3<f32>) -> f32 {
         let cosine = self.axes[0].dot(&normal);
@@ -180,7 +180,7 @@ impl LampPair {
     }
 }
 
-/// The golden angle: successive multiples spread evenly over a circle.
+/// Returns a multiple of the golden angle: successive ones spread evenly over a circle.
 fn golden_angle(index: usize) -> f64 {
     index as f64 * std::f64::consts::PI * (3.0 - 5f64.sqrt())
 }
@@ -231,7 +231,7 @@ fn axes_about(direction: Vector3<f64>) -> [Vector3<f64>; 3] {
     [direction, across, direction.cross(&across)]
 }
 
-/// A sphere that holds all faces: centre and radius \[m\].
+/// Returns a sphere that holds all faces: centre and radius \[m\].
 fn bounding_sphere(faces: &[ShadedFace]) -> (Point3<f64>, f64) {
     let corners = || faces.iter().flat_map(|face| face.corners);
     let Some(first) = corners().next() else {

@@ -13,7 +13,7 @@ pub(crate) struct ShadedFace {
     pub(crate) normals: [Vector3<f64>; 3],
 }
 
-/// The drawable faces of a mesh: those with three finite corners that span an area.
+/// Returns the drawable faces of a mesh: those with three finite corners that span an area.
 ///
 /// A corner's normal is the sum, weighted by the angle there, of the unit normals of those faces about its vertex
 /// that turn from the corner's own face by less than the crease angle. Vertices in one place count as one vertex,

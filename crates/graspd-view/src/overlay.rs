@@ -48,7 +48,7 @@ struct Canvas<'a> {
 }
 
 impl Canvas<'_> {
-    /// A ball: a disc that darkens towards its rim.
+    /// Draws a ball: a disc that darkens towards its rim.
     fn draw_dot(&mut self, dot: &Dot, place: [f64; 2], depth: f64) {
         if !(dot.radius >= 0.0 && dot.radius.is_finite()) {
             return;

@@ -43,14 +43,14 @@ impl Projection {
         })
     }
 
-    /// A point of space in view coordinates.
+    /// Returns a point of space in view coordinates.
     fn to_view(&self, point: Point3<f64>) -> Vector3<f64> {
         let offset = point - self.eye;
         let PictureAxes { right, up, back } = &self.axes;
         Vector3::new(right.dot(&offset), up.dot(&offset), -back.dot(&offset))
     }
 
-    /// A point in view coordinates, in front of the eye, on the grid.
+    /// Returns a point in view coordinates, in front of the eye, on the grid.
     fn to_grid(&self, view: Vector3<f64>) -> GridPoint {
         let scale = self.scale / view.z;
         GridPoint {
@@ -62,7 +62,7 @@ impl Projection {
         }
     }
 
-    /// The planes n . p + d >= 0 within which corners are kept.
+    /// Returns the planes n . p + d >= 0 within which corners are kept.
     fn guard_planes(&self) -> [(Vector3<f64>, f64); 5] {
         let reach = self.size.map(|size| GUARD * 0.5 * size / self.scale);
         let side = |axis: usize, sign: f64| {
@@ -104,14 +104,15 @@ impl Projection {
         }
     }
 
-    /// A point on the grid and its depth \[m\]; `None` behind the eye or where it is not finite.
+    /// Returns a point on the grid and its depth \[m\]; `None` behind the eye or where it is not finite.
     pub(crate) fn project_point(&self, point: Point3<f64>) -> Option<(GridPoint, f64)> {
         let view = self.to_view(point);
         let is_seen = view.z > self.near && view.iter().all(|c| c.is_finite());
         is_seen.then(|| (self.to_grid(view), view.z))
     }
 
-    /// The part of a segment that is in front of the eye and not far outside the picture, by its ends on the grid.
+    /// Returns the part of a segment that is in front of the eye and not far outside the picture, by its ends on the
+    /// grid.
     pub(crate) fn project_segment(&self, ends: [Point3<f64>; 2]) -> Option<[GridPoint; 2]> {
         let [mut from, mut to] = ends.map(|end| self.to_view(end));
         if !from.iter().chain(to.iter()).all(|c| c.is_finite()) {
@@ -134,7 +135,8 @@ impl Projection {
         self.scale / depth
     }
 
-    /// The line of sight through a position on the grid: a point of it and its unit direction away from the viewer.
+    /// Returns the line of sight through a position on the grid: a point of it and its unit direction away from the
+    /// viewer.
     pub(crate) fn line_of_sight(&self, position: [f64; 2]) -> (Point3<f64>, Vector3<f64>) {
         let PictureAxes { right, up, back } = &self.axes;
         let x = (position[0] - 0.5 * self.size[0]) / self.scale;
@@ -144,7 +146,7 @@ impl Projection {
     }
 }
 
-/// The part of a convex polygon where `height` is not negative (Sutherland and Hodgman's step for one plane).
+/// Returns the part of a convex polygon where `height` is not negative (Sutherland and Hodgman's step for one plane).
 fn cut(polygon: &[Vector3<f64>], height: impl Fn(&Vector3<f64>) -> f64) -> Vec<Vector3<f64>> {
     let mut kept = Vec::with_capacity(polygon.len() + 1);
     for (i, current) in polygon.iter().enumerate() {

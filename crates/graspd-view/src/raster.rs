@@ -23,7 +23,8 @@ pub(crate) struct GridTriangle {
 }
 
 impl GridTriangle {
-    /// `None` where the corners are in line (on the integer grid) or further out than a picture reaches.
+    /// Rounds the corners to the grid; `None` where they are in line (on the integer grid) or further out than a
+    /// picture reaches.
     pub(crate) fn new(points: [GridPoint; 3], face: u32) -> Option<Self> {
         const REACH: f64 = (1i64 << 28) as f64;
         let scaled = points.map(|p| p.position.map(|c| (c * STEPS as f64).round()));
@@ -125,7 +126,7 @@ mod tests {
         }
     }
 
-    /// A fan of slivers about a point, all borders through samples or between them.
+    /// Returns a fan of slivers about a point, all borders through samples or between them.
     #[test]
     fn triangles_that_share_edges_cover_each_sample_once() {
         const SIZE: usize = 64;

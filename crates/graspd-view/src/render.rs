@@ -21,7 +21,7 @@ const NOTHING: u32 = u32::MAX;
 /// A band's pixels: linear light, and the nearness at each centre (for the overlay).
 type BandPixels = (Vec<[f32; 3]>, Vec<f32>);
 
-/// The picture of `scene` by `camera`, `width` x `height` pixels.
+/// Renders `scene` as `camera` sees it, `width` x `height` pixels.
 ///
 /// Faces are drawn into a depth buffer of 3 x 3 samples a pixel and shaded once per face and pixel, with shadows
 /// and ambient occlusion from depth maps. Where two faces are equally near, the one that comes first in the scene
@@ -78,7 +78,7 @@ pub fn render(
     Ok(image)
 }
 
-/// The triangles of all faces on the sample grid, and for each band the indices of those that may touch it.
+/// Returns the triangles of all faces on the sample grid, and for each band the indices of those that may touch it.
 fn bin_triangles(
     faces: &[ShadedFace],
     projection: &Projection,
@@ -154,7 +154,7 @@ impl Painter<'_> {
         (light, nearness)
     }
 
-    /// The light of one pixel: every face in it is shaded once, in the middle of the samples that show it.
+    /// Returns the light of one pixel: every face in it is shaded once, in the middle of the samples that show it.
     fn paint_pixel(&self, x: usize, y: usize, shown: impl Fn(usize, usize) -> u32) -> [f32; 3] {
         const COUNT: usize = SAMPLES * SAMPLES;
         let mut groups = [(NOTHING, 0u32, [0.0f64; 2]); COUNT];
@@ -198,7 +198,7 @@ impl Painter<'_> {
         std::array::from_fn(|c| top[c] * (1.0 - t) + bottom[c] * t)
     }
 
-    /// The light that a face sends to the viewer from where the line of sight at `position` meets it.
+    /// Returns the light that a face sends to the viewer from where the line of sight at `position` meets it.
     fn shade(&self, face: u32, position: [f64; 2]) -> [f32; 3] {
         let ShadedFace { corners, normals } = &self.faces[face as usize];
         let (origin, sight) = self.projection.line_of_sight(position);
@@ -230,8 +230,8 @@ fn expose(light: f32) -> f32 {
     }
 }
 
-/// Where a line meets a triangle: the point and its barycentric weights, moved into the triangle where the line
-/// passes beside it (as it may at the border of a pixel) or along it.
+/// Returns where a line meets a triangle: the point and its barycentric weights, moved into the triangle where the
+/// line passes beside it (as it may at the border of a pixel) or along it.
 fn meet(
     corners: &[Point3<f64>; 3],
     normal: Vector3<f64>,

@@ -40,7 +40,7 @@ pub struct Surface<'a> {
 }
 
 impl<'a> Surface<'a> {
-    /// A surface with the default, crease-aware smooth shading.
+    /// Returns a surface with the default, crease-aware smooth shading.
     pub fn new(mesh: &'a TriangleMesh, color: Color) -> Self {
         Self {
             mesh,
@@ -107,7 +107,7 @@ pub struct Scene<'a> {
 }
 
 impl Scene<'_> {
-    /// The finite points of everything in the scene, to frame it by.
+    /// Returns the finite points of everything in the scene, to frame it by.
     pub fn points(&self) -> impl Iterator<Item = Point3<f64>> {
         let vertices = self
             .surfaces

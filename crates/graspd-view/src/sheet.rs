@@ -31,7 +31,7 @@ pub struct SheetGrasp {
     pub caption: Captioned,
 }
 
-/// The picture with a white band of text below; lines that are too long are cut off.
+/// Adds a white band of text below; lines that are too long are cut off.
 ///
 /// # Errors
 /// [`ViewError::Size`].
@@ -81,8 +81,8 @@ pub fn contact_sheet(
     tile(&pictures, columns)
 }
 
-/// A hand on its way, one picture of `panel` = (width, height) pixels a pose, side by side and by one camera: that
-/// which suits the last pose, from where all are seen.
+/// Renders a hand on its way, one picture of `panel` = (width, height) pixels a pose, side by side and by one camera:
+/// that which suits the last pose, from where all are seen.
 ///
 /// # Errors
 /// [`ViewError::Size`], also for no poses.
@@ -110,7 +110,7 @@ pub fn trajectory_strip(
     tile(&pictures, pictures.len())
 }
 
-/// The camera of a grasp in a cell or panel of `size` = (width, height) pixels.
+/// Returns the camera of a grasp in a cell or panel of `size` = (width, height) pixels.
 fn framing(
     points: impl IntoIterator<Item = Point3<f64>>,
     hand: &dyn Hand,

@@ -20,7 +20,7 @@ pub(crate) struct CacheChoice {
 }
 
 impl CacheChoice {
-    /// The cache, if there is to be one and there is a place for it.
+    /// Opens the cache, if there is to be one and there is a place for it.
     pub(crate) fn open(&self) -> Option<DiskCache> {
         if self.no_cache {
             return None;

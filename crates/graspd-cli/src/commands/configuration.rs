@@ -27,7 +27,7 @@ pub(crate) struct ConfigurationChoice {
 }
 
 impl ConfigurationChoice {
-    /// What the file says.
+    /// Reads the file, `--config` or the usual one.
     pub(crate) fn file_layer(&self, quiet: bool) -> Result<ConfigurationLayers> {
         let mut layers = ConfigurationLayers::default();
         match &self.config {
@@ -56,7 +56,7 @@ impl ConfigurationChoice {
         Ok(())
     }
 
-    /// The values of file and `--set`.
+    /// Resolves file and `--set`.
     pub(crate) fn resolve(&self, quiet: bool) -> Result<ResolvedConfiguration> {
         let mut layers = self.file_layer(quiet)?;
         self.lay_flags(&mut layers)?;
@@ -97,7 +97,7 @@ pub(crate) struct SettingFlags {
 }
 
 impl SettingFlags {
-    /// The values of file and flags.
+    /// Resolves file and flags.
     pub(crate) fn resolve(&self, quiet: bool) -> Result<ResolvedConfiguration> {
         let mut layers = self.choice.file_layer(quiet)?;
         let number = |count: usize| Value::Integer(i64::try_from(count).unwrap_or(i64::MAX));
@@ -232,7 +232,7 @@ fn row(entry: &ConfigurationEntry) -> [String; 6] {
     ]
 }
 
-/// A value as TOML has it, but with powers of ten where there would be many zeros.
+/// Returns a value as TOML has it, but with powers of ten where there would be many zeros.
 fn shown(value: &Value) -> String {
     match value {
         Value::Float(number) if *number != 0.0 && !(1e-3..1e6).contains(&number.abs()) => {

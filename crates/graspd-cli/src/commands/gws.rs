@@ -118,7 +118,7 @@ fn read(arguments: &Arguments) -> Result<String> {
     Ok(String::from_utf8(bytes)?)
 }
 
-/// The wrenches of a file; blank lines and a first line of column names do not count.
+/// Parses the wrenches of a file; blank lines and a first line of column names do not count.
 fn parse(text: &str) -> Result<Vec<[f64; 6]>> {
     let mut wrenches = Vec::new();
     let lines = text.trim_start_matches('\u{feff}').lines().enumerate();
@@ -150,7 +150,7 @@ fn parse(text: &str) -> Result<Vec<[f64; 6]>> {
     Ok(wrenches)
 }
 
-/// Whether the line names six columns: no field of it is a number.
+/// Returns whether the line names six columns: no field of it is a number.
 fn is_header(line: &str) -> bool {
     let mut fields = line.split(',');
     line.split(',').count() == 6 && fields.all(|field| field.trim().parse::<f64>().is_err())

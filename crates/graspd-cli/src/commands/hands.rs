@@ -165,7 +165,7 @@ fn inspect(hand: &dyn Hand, picture: Option<&Path>, json: bool) -> Result<()> {
     print(&text)
 }
 
-/// The lines, indented, below a heading; nothing at all without a line.
+/// Returns the lines, indented, below a heading; nothing at all without a line.
 fn indented<T: std::fmt::Display>(heading: &str, lines: impl IntoIterator<Item = T>) -> String {
     let mut text = String::new();
     for line in lines {
@@ -177,7 +177,7 @@ fn indented<T: std::fmt::Display>(heading: &str, lines: impl IntoIterator<Item =
     text
 }
 
-/// The pairs of bodies whose spheres must not overlap, by name, in the order of the bodies.
+/// Returns the pairs of bodies whose spheres must not overlap, by name, in the order of the bodies.
 fn colliding_bodies(hand: &dyn Hand) -> Vec<[&str; 2]> {
     let spheres = hand.collision_spheres();
     let bodies = |&[a, b]: &[u32; 2]| {

@@ -50,7 +50,7 @@ pub(crate) struct HandLoading {
 }
 
 impl HandLoading {
-    /// As options for the loader.
+    /// Returns the options for the loader.
     ///
     /// # Errors
     /// If a folder is none.
@@ -83,7 +83,7 @@ pub(crate) struct RepairChoice {
 }
 
 impl RepairChoice {
-    /// The choice that a flag was not asked for.
+    /// Returns the choice of a command without the flag.
     pub(crate) fn of(is_repaired: bool) -> Self {
         Self {
             no_repair: !is_repaired,
@@ -127,7 +127,7 @@ pub(crate) fn load_object(
     Ok(object)
 }
 
-/// What is doubtful about an object's largest side \[m\], if anything; `hint` says what may be wrong.
+/// Returns what is doubtful about an object's largest side \[m\], if anything; `hint` says what may be wrong.
 ///
 /// # Errors
 /// A size that no hand could grasp.
@@ -139,7 +139,7 @@ pub(crate) fn size_doubt(name: &str, size: f64, hint: &str) -> Result<Option<Str
     Ok((!USUAL_SIZE.contains(&size)).then(|| format!("{side}; {hint}")))
 }
 
-/// A length in the unit that a reader expects, to about three digits.
+/// Returns a length in the unit that a reader expects, to about three digits.
 fn length(metres: f64) -> String {
     if metres >= 1e5 {
         format!("{metres:.2e} m")
@@ -185,7 +185,7 @@ pub(crate) fn prepare_object(
     Ok(object)
 }
 
-/// A pool of `threads` threads (by default, one for each core).
+/// Starts a pool of `threads` threads (by default, one for each core).
 pub(crate) fn thread_pool(threads: Option<usize>) -> Result<rayon::ThreadPool> {
     THREADS.check("--threads", &threads)?;
     rayon::ThreadPoolBuilder::new()

@@ -155,7 +155,7 @@ fn build(arguments: &Arguments) -> Result<()> {
     ))
 }
 
-/// The cloud of a capture.
+/// Returns the cloud of a capture.
 fn captured(arguments: &Arguments, label: &str) -> Result<Seen> {
     let views = arguments.views.map(spread_views).transpose()?;
     let intrinsics = match arguments.intrinsics.as_str() {
@@ -183,7 +183,7 @@ fn captured(arguments: &Arguments, label: &str) -> Result<Seen> {
     })
 }
 
-/// A cloud from a file, as it is if it has normals; else thinned and without strays, as one that was captured.
+/// Returns a cloud from a file, as it is if it has normals; else thinned and without strays, as one that was captured.
 fn stored_cloud(arguments: &Arguments, path: &Path) -> Result<Seen> {
     let label = path.display().to_string();
     let is_ply = (path.extension()).is_some_and(|extension| extension.eq_ignore_ascii_case("ply"));
@@ -218,7 +218,7 @@ fn stored_cloud(arguments: &Arguments, path: &Path) -> Result<Seen> {
     })
 }
 
-/// The registration that `--align-to` asks for.
+/// Returns the registration that `--align-to` asks for.
 fn align(arguments: &Arguments, seen: &Seen) -> Result<Option<Registration>> {
     let Some(name) = &arguments.align_to else {
         return Ok(None);
@@ -229,7 +229,7 @@ fn align(arguments: &Arguments, seen: &Seen) -> Result<Option<Registration>> {
     Ok(Some(found))
 }
 
-/// From the cloud's frame to the result's, and what that is called.
+/// Returns the motion from the cloud's frame to the result's, and what that frame is called.
 fn frame_of(seen: &Seen, aligned: Option<&Registration>) -> (Isometry3<f64>, &'static str) {
     match (aligned, seen.object_from_cloud) {
         (Some(found), _) => (found.motion, "the mesh aligned to"),

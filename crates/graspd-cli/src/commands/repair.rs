@@ -169,7 +169,7 @@ fn mend(arguments: &Arguments) -> Result<()> {
     ))
 }
 
-/// The report for people.
+/// Returns the report for people.
 fn text(before: &TriangleMesh, RepairedMesh { mesh, report }: &RepairedMesh) -> String {
     let parts = topology(mesh);
     let mut text = format!(

@@ -47,7 +47,7 @@ pub(crate) struct Arguments {
     quiet: bool,
 }
 
-/// The views that `--views` asks for.
+/// Returns the views that `--views` asks for.
 pub(crate) fn spread_views(count: usize) -> Result<TurntableViews> {
     TurntableViews::spread(count).with_context(|| {
         format!("--views is {count}; it must be a multiple of 3 from 3 to 360: a third by each of three cameras")

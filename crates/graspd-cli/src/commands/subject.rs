@@ -19,7 +19,7 @@ const SHAPE_TOLERANCE: f64 = 1e-3;
 /// Each scale of an object is an object of its own, decomposed and kept in memory.
 const MAX_SCALES: usize = 32;
 
-/// The hand that is asked for, or else that the records name.
+/// Loads the hand that is asked for, or else the one that the records name.
 pub(crate) fn hand_of(
     records: &[GraspRecord],
     file: &Path,
@@ -56,7 +56,7 @@ pub(crate) fn hand_of(
     })
 }
 
-/// The hand that `run.toml` beside the records names, and how it was loaded, with the given folders first.
+/// Returns the hand that `run.toml` beside the records names, and how it was loaded, with the given folders first.
 fn recorded_hand(records: &Path, given: &LoadOptions) -> Option<(String, LoadOptions)> {
     let text = std::fs::read_to_string(records.with_file_name("run.toml")).ok()?;
     let run: toml::Table = text.parse().ok()?;
@@ -77,7 +77,7 @@ fn recorded_hand(records: &Path, given: &LoadOptions) -> Option<(String, LoadOpt
     Some((hand, options))
 }
 
-/// The hand's poses; warns of the first joint that the hand lacks, and of the first beyond its limits.
+/// Returns the hand's poses; warns of the first joint that the hand lacks, and of the first beyond its limits.
 pub(crate) fn poses_of(
     records: &[GraspRecord],
     file: &Path,
@@ -145,7 +145,8 @@ fn joint_beyond_limits(record: &GraspRecord, pose: &HandPose, hand: &dyn Hand) -
     ))
 }
 
-/// The object that is asked for, or else that the records name, at each of the records' scales (or the one asked for).
+/// Loads the object that is asked for, or else that the records name, at each of the records' scales (or the one
+/// asked for).
 pub(crate) fn objects_of(
     records: &[GraspRecord],
     file: &Path,
@@ -188,7 +189,7 @@ pub(crate) fn objects_of(
     scales.iter().map(load).collect()
 }
 
-/// What all records agree on.
+/// Returns what all records agree on.
 fn common<T: PartialEq + std::fmt::Display>(
     file: &Path,
     records: &[GraspRecord],

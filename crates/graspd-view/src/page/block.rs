@@ -53,7 +53,7 @@ impl Block {
         self.push(&values, 2, stride)
     }
 
-    /// The block as a page holds it: zlib, then base64.
+    /// Returns the block as a page holds it: zlib, then base64.
     pub(super) fn to_text(&self) -> std::io::Result<String> {
         let mut encoder = ZlibEncoder::new(Vec::new(), Compression::new(8));
         encoder.write_all(&self.bytes)?;
@@ -63,7 +63,7 @@ impl Block {
 
 #[cfg(test)]
 impl Block {
-    /// A section as the page reads it.
+    /// Returns a section as the page reads it.
     pub(super) fn read(&self, section: Section) -> Vec<u32> {
         let Section {
             at,

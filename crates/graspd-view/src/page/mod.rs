@@ -167,7 +167,7 @@ struct GraspFrames {
     look: [f64; 3],
 }
 
-/// The page as the text of one HTML file.
+/// Makes the page as the text of one HTML file.
 ///
 /// It holds everything that it shows: scripts (three.js among them), styles, meshes and poses. A hand of rigid links
 /// is stored once with the poses of its links at each frame; a skin with its vertices at each frame, to 16 bits. Of
@@ -323,7 +323,7 @@ impl LossCurves {
     }
 }
 
-/// At most `most` of `count` places, evenly spread, the first and the last among them.
+/// Returns at most `most` of `count` places, evenly spread, the first and the last among them.
 fn spread(count: usize, most: usize) -> Vec<usize> {
     if count <= most {
         return (0..count).collect();

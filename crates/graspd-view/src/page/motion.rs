@@ -60,7 +60,7 @@ impl HandDescription {
         }
     }
 
-    /// How many poses, of seven numbers each, a frame begins with.
+    /// Returns how many poses, of seven numbers each, a frame begins with.
     fn poses(&self) -> usize {
         match self {
             Self::Rigid { bodies, .. } => *bodies,
@@ -68,7 +68,7 @@ impl HandDescription {
         }
     }
 
-    /// How many numbers a frame has.
+    /// Returns how many numbers a frame has.
     pub(super) fn channels(&self) -> usize {
         match self {
             Self::Rigid { .. } => 7 * self.poses(),
@@ -85,7 +85,7 @@ pub(super) struct Frames {
 }
 
 impl Frames {
-    /// The frames of these poses. A quaternion has the sign that is nearer to that of the frame before.
+    /// Returns the frames of these poses. A quaternion has the sign that is nearer to that of the frame before.
     pub(super) fn of(hand: &dyn Hand, description: &HandDescription, poses: &[HandPose]) -> Self {
         let channels = description.channels();
         let mut posed = PosedHand::default();
@@ -118,7 +118,7 @@ impl Frames {
         }
     }
 
-    /// The largest length \[m\].
+    /// Returns the largest length \[m\].
     pub(super) fn longest(&self) -> f32 {
         let lengths = self.values.iter().enumerate();
         lengths
@@ -143,7 +143,7 @@ impl Frames {
         block.push_signed(&values, self.channels)
     }
 
-    /// Whether a channel is part of a quaternion.
+    /// Returns whether a channel is part of a quaternion.
     fn is_turn(&self, at: usize) -> bool {
         let channel = at % self.channels;
         channel < 7 * self.poses && channel % 7 >= 3
@@ -186,7 +186,7 @@ mod tests {
 
     use super::*;
 
-    /// The vertices of a frame, as the page places them.
+    /// Returns the vertices of a frame, as the page places them.
     fn placed(
         description: &HandDescription,
         block: &Block,

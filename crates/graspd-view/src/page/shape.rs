@@ -51,7 +51,7 @@ impl MeshDescription {
 
 #[cfg(test)]
 impl MeshDescription {
-    /// The vertices as the page reads them.
+    /// Returns the vertices as the page reads them.
     pub(super) fn read(&self, block: &Block) -> Vec<Point3<f64>> {
         let integers = block.read(self.vertices);
         let corner = |v: &[u32]| [0, 1, 2].map(|c| self.origin[c] + self.step * f64::from(v[c]));
@@ -80,7 +80,7 @@ fn without_loose_vertices(mesh: &TriangleMesh) -> TriangleMesh {
     used
 }
 
-/// The mesh with at most `max_faces` faces: all vertices of a cell of a cubic grid become their mean.
+/// Thins out a mesh to at most `max_faces` faces: all vertices of a cell of a cubic grid become their mean.
 ///
 /// Meant for the eye: the result need not be closed.
 fn thinned(mesh: &TriangleMesh, max_faces: usize) -> TriangleMesh {

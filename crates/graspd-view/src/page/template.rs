@@ -1,6 +1,6 @@
 //! Text put into the places of a page that are meant for it.
 
-/// `template` with each `{{name}}` replaced by the value of that name, in one pass: what values hold is not looked at.
+/// Fills `template`: each `{{name}}` is replaced by the value of that name, in one pass that does not look at values.
 ///
 /// # Panics
 /// If the template names a place that has no value.
@@ -19,15 +19,15 @@ pub(super) fn fill(template: &str, values: &[(&str, &str)]) -> String {
     text + rest
 }
 
-/// Text as the content of an element.
+/// Escapes text as the content of an element.
 pub(super) fn escape_html(text: &str) -> String {
     text.replace('&', "&amp;")
         .replace('<', "&lt;")
         .replace('>', "&gt;")
 }
 
-/// JSON as the content of a script element: what could end it, or begin a comment, stands as an escape of JSON, which
-/// is possible as these characters occur in strings only.
+/// Escapes JSON as the content of a script element: what could end it, or begin a comment, stands as an escape of
+/// JSON, which is possible as these characters occur in strings only.
 pub(super) fn escape_json(json: &str) -> String {
     json.replace('<', "\\u003c")
         .replace('>', "\\u003e")

@@ -26,7 +26,7 @@ const RENAMED: [(&str, &str); 4] = [
     ),
 ];
 
-/// The present name of a key.
+/// Returns the present name of a key.
 pub(crate) fn present_name(key: String) -> String {
     let renamed = RENAMED.iter().find_map(|(before, now)| {
         let rest = key.strip_prefix(before)?;
@@ -35,8 +35,8 @@ pub(crate) fn present_name(key: String) -> String {
     renamed.unwrap_or(key)
 }
 
-/// Every key that there can be, with the range of its values: of the run, the optimisation, what comes before and
-/// after the grasp, the judge.
+/// Returns every key that there can be, with the range of its values: of the run, the optimisation, what comes before
+/// and after the grasp, the judge.
 pub(super) fn known_keys() -> Vec<(String, Range)> {
     let mut all = Configuration::default();
     all.settings.conformity = Some(ConformitySettings::default());
@@ -44,7 +44,7 @@ pub(super) fn known_keys() -> Vec<(String, Range)> {
     all.ranges().into_list()
 }
 
-/// Whether a configuration has a value or a section of this name at its top.
+/// Returns whether a configuration has a value or a section of this name at its top.
 pub(crate) fn is_section(name: &str) -> bool {
     known_keys().iter().any(|(key, _)| top(key) == name)
 }
@@ -53,7 +53,7 @@ fn top(key: &str) -> &str {
     key.split('.').next().unwrap_or_default()
 }
 
-/// The key most like `key` among all keys and sections of a configuration and `others`.
+/// Returns the key most like `key` among all keys and sections of a configuration and `others`.
 pub(crate) fn nearest_key(key: &str, others: &[&str]) -> String {
     let known = known_keys();
     let keys = known.iter().map(|(key, _)| key.as_str());
@@ -61,7 +61,7 @@ pub(crate) fn nearest_key(key: &str, others: &[&str]) -> String {
     nearest(key, keys.chain(sections).chain(others.iter().copied()))
 }
 
-/// The known key that is most like `key`: one that differs in its section counts as one letter off.
+/// Returns the known key that is most like `key`: one that differs in its section counts as one letter off.
 pub(super) fn nearest<'a>(key: &str, known: impl Iterator<Item = &'a str>) -> String {
     let last = |key: &str| key.rsplit('.').next().unwrap_or_default().to_owned();
     let distance = |other: &&str| {

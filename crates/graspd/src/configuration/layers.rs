@@ -62,7 +62,7 @@ impl ConfigurationLayers {
         self.layers.push((origin, table));
     }
 
-    /// The tables, from the lowest up.
+    /// Returns the tables, from the lowest up.
     pub(crate) fn into_tables(self) -> Vec<Table> {
         self.layers.into_iter().map(|(_, table)| table).collect()
     }
@@ -104,7 +104,7 @@ impl ConfigurationLayers {
         Ok(())
     }
 
-    /// The values that result, checked.
+    /// Lays the layers over one another and checks the values that result.
     ///
     /// The preset is the one that the last layer with `settings.preset` names. Then the layers are laid over it in
     /// their order; in each, `settings.steps` comes first and stretches the schedules of what is below.

@@ -71,7 +71,7 @@ impl Validate for Configuration {
 }
 
 impl Configuration {
-    /// The defaults of everything else, with these settings of the optimisation.
+    /// Returns the defaults of everything else, with these settings of the optimisation.
     pub fn with_settings(settings: SynthesisSettings) -> Self {
         Self {
             seed: 0,
@@ -84,7 +84,7 @@ impl Configuration {
         }
     }
 
-    /// How the distance grid is sampled.
+    /// Returns how the distance grid is sampled.
     pub fn sdf_sampling(&self) -> SdfSampling {
         SdfSampling::exact(self.sdf_resolution, self.sdf_padding_m)
     }

@@ -58,7 +58,7 @@ pub struct ResolvedConfiguration {
 }
 
 impl ResolvedConfiguration {
-    /// The configuration under all layers.
+    /// Returns the configuration under all layers.
     pub(super) fn of(preset: SynthesisSettings) -> Self {
         Self {
             configuration: Configuration::with_settings(preset),
@@ -116,7 +116,7 @@ impl ResolvedConfiguration {
         Ok(())
     }
 
-    /// All values, in the order in which the settings declare them.
+    /// Returns all values, in the order in which the settings declare them.
     ///
     /// # Errors
     /// A number that TOML cannot hold.
@@ -144,7 +144,7 @@ impl ResolvedConfiguration {
         Ok(entries.collect())
     }
 
-    /// Where the value of a key comes from.
+    /// Returns where the value of a key comes from.
     pub fn origin(&self, key: &str) -> Origin {
         let sections = key.match_indices('.').map(|(end, _)| &key[..end]);
         let mut paths = std::iter::once(key).chain(sections.rev());
@@ -161,7 +161,7 @@ impl ResolvedConfiguration {
         }
     }
 
-    /// The configuration as a file that gives the same.
+    /// Returns the configuration as a file that gives the same.
     ///
     /// # Errors
     /// A number that TOML cannot hold.

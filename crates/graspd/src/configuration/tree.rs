@@ -2,7 +2,7 @@
 
 use toml::{Table, Value};
 
-/// The leaves in order; arrays and empty tables are leaves.
+/// Returns the leaves in order; arrays and empty tables are leaves.
 pub(crate) fn leaves(table: &Table) -> Vec<(String, Value)> {
     let mut found = Vec::new();
     collect(table, "", &mut found);
@@ -41,7 +41,7 @@ pub(super) fn put(table: &mut Table, path: &str, value: Value) {
     }
 }
 
-/// The leaf or table at a path.
+/// Returns the leaf or table at a path.
 pub(super) fn at<'a>(table: &'a Table, path: &str) -> Option<&'a Value> {
     match path.split_once('.') {
         None => table.get(path),
