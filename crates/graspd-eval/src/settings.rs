@@ -154,7 +154,7 @@ impl Default for EvaluationSettings {
 }
 
 /// The supplementary material of the paper, Grasp'D (ECCV 2022), on its metrics.
-pub(crate) const PAPER_METRICS: &str = "Grasp'D A.6";
+const PAPER_METRICS: &str = "Grasp'D A.6";
 const PAPER_SIMULATION: &str = "Grasp'D A.5";
 
 impl Validate for Metrics {

@@ -2,14 +2,19 @@
 
 use std::path::PathBuf;
 
+/// Pixels of the largest picture that is made: 64 megapixels ...
+pub(crate) const MAX_PIXELS: usize = 1 << 26;
+/// ... of which no side is longer than this.
+pub(crate) const MAX_SIDE: usize = 1 << 15;
+
 /// Why a picture could not be made or written.
 #[derive(Debug, thiserror::Error)]
 pub enum ViewError {
     /// The picture has no pixels, or too many.
     #[error(
         "a picture of {width} x {height} pixels cannot be made: give sides of 1 to {} and at most {} pixels in all",
-        crate::Image::MAX_SIDE,
-        crate::Image::MAX_PIXELS
+        MAX_SIDE,
+        MAX_PIXELS
     )]
     Size {
         /// Asked width \[px\].

@@ -5,6 +5,7 @@ use std::path::Path;
 
 use graspd_geom::write_atomically;
 
+use crate::error::{MAX_PIXELS, MAX_SIDE};
 use crate::{Color, ViewError};
 
 /// A picture in 8-bit sRGB, rows top to bottom.
@@ -16,19 +17,13 @@ pub struct Image {
 }
 
 impl Image {
-    /// The largest picture that is made: 64 megapixels ...
-    pub const MAX_PIXELS: usize = 1 << 26;
-    /// ... of which no side is longer than this.
-    pub const MAX_SIDE: usize = 1 << 15;
-
     /// Returns a picture of one colour.
     ///
     /// # Errors
-    /// [`ViewError::Size`] for no pixels, more than [`Image::MAX_PIXELS`] or a side over
-    /// [`Image::MAX_SIDE`].
+    /// [`ViewError::Size`] for no pixels, more than 2^26 or a side over 2^15.
     pub fn filled(width: usize, height: usize, color: Color) -> Result<Self, ViewError> {
-        let is_side = |side| (1..=Self::MAX_SIDE).contains(&side);
-        if !(is_side(width) && is_side(height) && width * height <= Self::MAX_PIXELS) {
+        let is_side = |side| (1..=MAX_SIDE).contains(&side);
+        if !(is_side(width) && is_side(height) && width * height <= MAX_PIXELS) {
             return Err(ViewError::Size { width, height });
         }
         Ok(Self {

@@ -1,7 +1,7 @@
 //! Dots and segments, drawn over the surfaces; what is behind a surface shows faintly.
 
 use crate::projection::Projection;
-use crate::render::SAMPLES;
+use crate::raster::SAMPLES;
 use crate::{Dot, Scene, Segment};
 
 /// Opacity of what a surface hides.

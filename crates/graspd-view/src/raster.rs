@@ -4,6 +4,8 @@ use std::ops::Range;
 
 use crate::projection::GridPoint;
 
+/// Samples along each side of a pixel.
+pub(crate) const SAMPLES: usize = 3;
 /// Steps of the integer grid to which corners are rounded, per sample.
 const STEPS: i64 = 256;
 

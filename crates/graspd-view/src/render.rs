@@ -8,11 +8,9 @@ use crate::lighting::Lighting;
 use crate::normals::{ShadedFace, shaded_faces};
 use crate::overlay::draw_overlay;
 use crate::projection::Projection;
-use crate::raster::GridTriangle;
+use crate::raster::{GridTriangle, SAMPLES};
 use crate::{Background, Camera, Image, Scene, ViewError};
 
-/// Samples along each side of a pixel.
-pub(crate) const SAMPLES: usize = 3;
 /// Rows of pixels that are drawn together: their samples fit a core's cache.
 const BAND: usize = 16;
 /// What a sample shows where it shows no face.

@@ -6,15 +6,14 @@ use std::time::Instant;
 use anyhow::Result;
 use clap::Args;
 use graspd_geom::{
-    RepairReport, RepairSettings, RepairedMesh, TriangleMesh, load_mesh, repair,
-    require_mesh_format, save_mesh, signed_volume, topology,
+    RepairSettings, RepairedMesh, TriangleMesh, load_mesh, repair, require_mesh_format, save_mesh,
+    signed_volume, topology,
 };
 use graspd_settings::{POSITIVE, Validate};
-use serde::Serialize;
 use serde_json::json;
 
 use super::input::on_threads;
-use super::output::prepare_file;
+use super::output::{RepairOutcome, prepare_file};
 use crate::console::{print, print_json};
 use crate::progress::Progress;
 
@@ -53,57 +52,6 @@ pub(crate) struct Arguments {
     /// No progress
     #[arg(long, short)]
     quiet: bool,
-}
-
-/// What a repair did, as files have it. Lengths in metres, areas in m^2.
-#[derive(Serialize)]
-pub(crate) struct RepairOutcome {
-    /// `untouched`, `mended` or `resurfaced`.
-    tier: &'static str,
-    summary: String,
-    holes_filled: usize,
-    largest_hole_m: f64,
-    degenerate_faces_dropped: usize,
-    repeated_faces_dropped: usize,
-    vertices_welded: usize,
-    vertices_split: usize,
-    faces_flipped: usize,
-    slivers_removed: usize,
-    small_components_dropped: usize,
-    inner_components_dropped: usize,
-    flat_components_dropped: usize,
-    /// Greatest distance found from the input to the result, and the other way.
-    input_to_result_m: f64,
-    result_to_input_m: f64,
-    /// Of the grid, where the surface was made anew.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    spacing_m: Option<f64>,
-    thickened_fraction: f64,
-}
-
-impl RepairOutcome {
-    pub(crate) fn of(report: &RepairReport) -> Self {
-        let diameters = report.holes.iter().map(|hole| hole.diameter);
-        Self {
-            tier: report.tier.name(),
-            summary: report.summary(),
-            holes_filled: report.holes.len(),
-            largest_hole_m: diameters.fold(0.0, f64::max),
-            degenerate_faces_dropped: report.degenerate_dropped,
-            repeated_faces_dropped: report.copies_dropped,
-            vertices_welded: report.vertices_welded,
-            vertices_split: report.vertices_split,
-            faces_flipped: report.faces_flipped,
-            slivers_removed: report.slivers_removed,
-            small_components_dropped: report.small_components_dropped,
-            inner_components_dropped: report.inner_components_dropped,
-            flat_components_dropped: report.flat_components_dropped,
-            input_to_result_m: report.input_to_result,
-            result_to_input_m: report.result_to_input,
-            spacing_m: report.spacing,
-            thickened_fraction: report.thickened,
-        }
-    }
 }
 
 /// Counts and measures of a mesh, as `--json` has them. The signed volume of an open surface depends on where the

@@ -25,10 +25,9 @@ use super::input::{
     HandLoading, RepairChoice, load_hand_to_scale, load_object, on_threads, prepare_object,
 };
 use super::output::{
-    Machine, RunDescription, prepare_file, prepare_folder, remove_leftovers, write_meshes,
-    write_results, write_run, write_trajectories,
+    Machine, RepairOutcome, RunDescription, prepare_file, prepare_folder, remove_leftovers,
+    write_meshes, write_results, write_run, write_trajectories,
 };
-use super::repair::RepairOutcome;
 use super::view::pictures;
 use crate::console::{print, print_json};
 use crate::progress::Progress;

@@ -6,8 +6,6 @@ use graspd_settings::{
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
-use crate::settings::PAPER_METRICS;
-
 /// The protocol's constants (defaults: those of the paper's supplement, section A.6, and of the GANHand release
 /// that it follows).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -58,7 +56,7 @@ impl Validate for DisplacementSettings {
             time_step: POSITIVE.unit("s"),
             steps: NOT_NEGATIVE.unit("steps"),
             solver_iterations: AT_LEAST_ONE.unit("iterations"),
-            friction: NOT_NEGATIVE.source(PAPER_METRICS),
+            friction: NOT_NEGATIVE.source("Grasp'D A.6"),
             hand_restitution: FRACTION,
             object_restitution: FRACTION,
         }

@@ -1,54 +1,18 @@
 //! Configurations in layers: each overrides those below it.
 
-use std::fmt;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use graspd_settings::Validate;
 use toml::{Table, Value};
 
-use super::ResolvedConfiguration;
 use super::keys::{known_keys, nearest, present_name};
-use super::resolved::{ANNEALING, CONFORMITY, METRICS, PENALTY, PRESET, STEPS};
+use super::origin::Origin;
+use super::resolved::{
+    ANNEALING, CONFORMITY, METRICS, PENALTY, PRESET, ResolvedConfiguration, STEPS,
+};
 use super::tree::{at, leaves, put};
 use crate::GraspError;
 use crate::preset::SynthesisSettings;
-
-/// Where a value comes from.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Origin {
-    /// No layer sets it.
-    Default,
-    /// The preset of this name.
-    Preset(String),
-    /// The preset of this name, its schedules stretched along with `settings.steps`.
-    StretchedPreset(String),
-    /// A file.
-    File(PathBuf),
-    /// A flag of the command line.
-    Flag(String),
-}
-
-impl fmt::Display for Origin {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Default => f.write_str("default"),
-            Self::Preset(name) => write!(f, "preset {name}"),
-            Self::StretchedPreset(name) => write!(f, "preset {name}, stretched"),
-            Self::File(path) => write!(f, "{}", path.display()),
-            Self::Flag(name) => f.write_str(name),
-        }
-    }
-}
-
-impl Origin {
-    pub(super) fn bad_value(&self, key: &str, fault: impl Into<String>) -> GraspError {
-        GraspError::BadConfiguration {
-            origin: self.to_string(),
-            key: key.into(),
-            fault: fault.into(),
-        }
-    }
-}
 
 /// Overrides, the last of which wins.
 #[derive(Clone, Debug, Default)]

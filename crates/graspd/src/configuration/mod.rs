@@ -6,6 +6,7 @@
 
 mod keys;
 mod layers;
+mod origin;
 mod resolved;
 #[cfg(test)]
 mod tests;
@@ -17,7 +18,8 @@ use graspd_settings::{ANY, AT_LEAST_ONE, Ranges, Validate, between, ranges};
 use serde::{Deserialize, Serialize};
 
 pub(crate) use keys::{is_section, nearest_key, present_name};
-pub use layers::{ConfigurationLayers, Origin};
+pub use layers::ConfigurationLayers;
+pub use origin::Origin;
 pub use resolved::{ConfigurationEntry, ResolvedConfiguration};
 pub(crate) use tree::leaves;
 

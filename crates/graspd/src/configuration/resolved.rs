@@ -5,9 +5,10 @@ use std::collections::BTreeMap;
 use graspd_settings::Range;
 use toml::{Table, Value};
 
+use super::Configuration;
 use super::keys::known_keys;
+use super::origin::Origin;
 use super::tree::{at, put};
-use super::{Configuration, Origin};
 use crate::GraspError;
 use crate::preset::SynthesisSettings;
 
