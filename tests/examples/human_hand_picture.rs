@@ -7,7 +7,7 @@ use std::error::Error;
 
 use graspd_geom::{Quaternion, Vec3};
 use graspd_hand::{Hand, HandPose, SkinnedHand, SkinnedHandOptions, human};
-use graspd_view::{Camera, Color, Image, Scene, Shading, Surface, ViewError, render, tile};
+use graspd_view::{Camera, Color, Image, Scene, Surface, ViewError, render, tile};
 use nalgebra::Vector3;
 
 /// Width and height of each panel \[pixels\].
@@ -84,9 +84,7 @@ fn picture(
         surfaces: vec![Surface {
             mesh: &surface,
             color: Color::SAND,
-            shading: Shading::Smooth {
-                crease_angle: 80f64.to_radians(),
-            },
+            crease_angle: 80f64.to_radians(),
         }],
         ..Scene::default()
     };

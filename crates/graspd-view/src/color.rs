@@ -14,15 +14,10 @@ impl Color {
     pub const SAND: Self = Self::new(224, 187, 154);
     /// Muted green.
     pub const SAGE: Self = Self::new(148, 172, 132);
-    /// Brick red.
-    pub const BRICK: Self = Self::new(190, 98, 82);
     /// Light neutral grey.
     pub const GREY: Self = Self::new(190, 190, 188);
     /// White.
     pub const WHITE: Self = Self::new(255, 255, 255);
-
-    /// The colours that tell several objects of one scene apart, in the order to use them.
-    pub const PALETTE: [Self; 4] = [Self::SLATE, Self::SAND, Self::SAGE, Self::BRICK];
 
     /// Returns the colour of these sRGB channels.
     pub const fn new(red: u8, green: u8, blue: u8) -> Self {

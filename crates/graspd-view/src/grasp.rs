@@ -4,7 +4,7 @@ use graspd_geom::TriangleMesh;
 use graspd_hand::{Hand, HandPose};
 use nalgebra::{Unit, UnitQuaternion, Vector3};
 
-use crate::{Camera, Color, Dot, Image, Scene, Shading, Surface, ViewError, render, tile};
+use crate::{Camera, Color, Dot, Image, Scene, Surface, ViewError, render, tile};
 
 /// Renders a strip of three pictures of a grasp, each of `panel` = (width, height) pixels: two opposite three-quarter
 /// views, then one that faces the palm.
@@ -52,9 +52,7 @@ pub(crate) fn grasp_scene<'a>(
                 color: Color::SAND,
                 // Skin of few faces turns more from face to face than a scan does; the edges of links turn by 90
                 // degrees.
-                shading: Shading::Smooth {
-                    crease_angle: 65f64.to_radians(),
-                },
+                crease_angle: 65f64.to_radians(),
             },
         ],
         dots: contacts.to_vec(),

@@ -5,7 +5,7 @@
 //!
 //! ```
 //! use graspd_geom::TriangleMesh;
-//! use graspd_view::{Camera, Color, Scene, Shading, Surface, render};
+//! use graspd_view::{Camera, Color, Scene, Surface, render};
 //! use nalgebra::{Point3, Vector3};
 //!
 //! let tetrahedron = TriangleMesh {
@@ -13,7 +13,7 @@
 //!     faces: vec![[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]],
 //! };
 //! let mut scene = Scene::default();
-//! scene.surfaces.push(Surface { mesh: &tetrahedron, color: Color::SLATE, shading: Shading::Flat });
+//! scene.surfaces.push(Surface::new(&tetrahedron, Color::SLATE));
 //! let camera = Camera::three_quarter(&scene, 160.0 / 120.0);
 //! let image = render(&scene, &camera, 160, 120)?;
 //! assert_eq!((image.width(), image.height()), (160, 120));
@@ -47,5 +47,5 @@ pub use hand::render_hand;
 pub use image::{Image, tile};
 pub use page::{GraspPage, Keyframe, LossName, MetricColumn, Optimization, PageGrasp, page_html};
 pub use render::render;
-pub use scene::{Background, Dot, Scene, Segment, Shading, Surface};
+pub use scene::{Background, Dot, Scene, Segment, Surface};
 pub use sheet::{Captioned, SheetGrasp, captioned, contact_sheet, trajectory_strip};

@@ -5,8 +5,6 @@ use std::collections::HashMap;
 use graspd_geom::TriangleMesh;
 use nalgebra::{Point3, Vector3};
 
-use crate::Shading;
-
 /// A face that can be drawn: its corners and the normals there.
 pub(crate) struct ShadedFace {
     pub(crate) corners: [Point3<f64>; 3],
@@ -18,7 +16,7 @@ pub(crate) struct ShadedFace {
 /// A corner's normal is the sum, weighted by the angle there, of the unit normals of those faces about its vertex
 /// that turn from the corner's own face by less than the crease angle. Vertices in one place count as one vertex,
 /// since many files repeat them.
-pub(crate) fn shaded_faces(mesh: &TriangleMesh, shading: Shading) -> Vec<ShadedFace> {
+pub(crate) fn shaded_faces(mesh: &TriangleMesh, crease_angle: f64) -> Vec<ShadedFace> {
     let mut faces: Vec<ShadedFace> = mesh
         .faces
         .iter()
@@ -33,9 +31,7 @@ pub(crate) fn shaded_faces(mesh: &TriangleMesh, shading: Shading) -> Vec<ShadedF
             })
         })
         .collect();
-    if let Shading::Smooth { crease_angle } = shading {
-        smooth(&mut faces, crease_angle.cos());
-    }
+    smooth(&mut faces, crease_angle.cos());
     faces
 }
 
@@ -101,17 +97,14 @@ mod tests {
     fn an_edge_is_smooth_below_the_crease_angle_and_sharp_above() {
         let crease_angle = 40f64.to_radians();
         for (half_angle, is_smooth) in [(19f64, true), (21.0, false)] {
-            let faces = shaded_faces(
-                &tent(half_angle.to_radians()),
-                Shading::Smooth { crease_angle },
-            );
+            let faces = shaded_faces(&tent(half_angle.to_radians()), crease_angle);
             let [first, second] = [faces[0].normals[0], faces[1].normals[0]];
             assert_eq!((first - second).norm() < 1e-12, is_smooth, "{half_angle}");
             if is_smooth {
                 assert!((first - Vector3::z()).norm() < 1e-12);
             }
         }
-        let flat = shaded_faces(&tent(0.1), Shading::Flat);
+        let flat = shaded_faces(&tent(0.1), 0.0);
         assert!((flat[0].normals[0] - flat[1].normals[0]).norm() > 0.1);
     }
 
@@ -125,7 +118,7 @@ mod tests {
                 faces: vec![[0, 1, 2]],
             });
         }
-        let [welded, soup] = [welded, soup].map(|m| shaded_faces(&m, Shading::default()));
+        let [welded, soup] = [welded, soup].map(|m| shaded_faces(&m, 0.7));
         for (a, b) in welded.iter().zip(&soup) {
             assert_eq!(a.normals, b.normals);
         }
@@ -139,7 +132,7 @@ mod tests {
         mesh.vertices.push(Point3::new(1e300, 0.0, 1e300));
         mesh.faces
             .extend([[0, 1, 4], [0, 1, 5], [0, 1, 99], [0, 0, 1], [0, 1, 6]]);
-        assert_eq!(shaded_faces(&mesh, Shading::default()).len(), 2);
+        assert_eq!(shaded_faces(&mesh, 0.7).len(), 2);
     }
 
     #[test]
@@ -153,9 +146,6 @@ mod tests {
                 .push(Point3::new(angle.cos(), angle.sin(), 0.0));
             mesh.faces.push([0, 1 + i, 1 + (i + 1) % count]);
         }
-        assert_eq!(
-            shaded_faces(&mesh, Shading::default()).len(),
-            mesh.faces.len()
-        );
+        assert_eq!(shaded_faces(&mesh, 0.7).len(), mesh.faces.len());
     }
 }

@@ -39,7 +39,7 @@ pub fn render(
     let mut faces = Vec::new();
     let mut colors = Vec::new();
     for surface in &scene.surfaces {
-        faces.extend(shaded_faces(surface.mesh, surface.shading));
+        faces.extend(shaded_faces(surface.mesh, surface.crease_angle));
         colors.resize(faces.len(), surface.color.to_linear());
     }
     let painter = Painter {

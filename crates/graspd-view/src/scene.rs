@@ -5,28 +5,6 @@ use nalgebra::Point3;
 
 use crate::Color;
 
-/// How normals vary over a mesh.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Shading {
-    /// Every face shows as the plane that it is.
-    Flat,
-    /// Normals are interpolated over edges whose faces turn by less than this angle \[rad\]; sharper edges stay
-    /// sharp.
-    Smooth {
-        /// The angle between face normals from which an edge is a crease \[rad\].
-        crease_angle: f64,
-    },
-}
-
-impl Default for Shading {
-    /// Smooth with creases from 40 degrees: boxes look flat and mugs round.
-    fn default() -> Self {
-        Self::Smooth {
-            crease_angle: 40f64.to_radians(),
-        }
-    }
-}
-
 /// A mesh with a colour. Both sides of its faces are drawn; faces with a missing, non-finite or coinciding corner
 /// are not.
 #[derive(Clone, Copy, Debug)]
@@ -35,17 +13,18 @@ pub struct Surface<'a> {
     pub mesh: &'a TriangleMesh,
     /// Its colour.
     pub color: Color,
-    /// Flat or smooth.
-    pub shading: Shading,
+    /// Normals are interpolated over edges whose faces turn by less than this angle \[rad\]; sharper edges stay
+    /// sharp.
+    pub crease_angle: f64,
 }
 
 impl<'a> Surface<'a> {
-    /// Returns a surface with the default, crease-aware smooth shading.
+    /// Returns a surface with creases from 40 degrees: boxes look flat and mugs round.
     pub fn new(mesh: &'a TriangleMesh, color: Color) -> Self {
         Self {
             mesh,
             color,
-            shading: Shading::default(),
+            crease_angle: 40f64.to_radians(),
         }
     }
 }

@@ -3,7 +3,7 @@
 use graspd_geom::TriangleMesh;
 use graspd_hand::{HandPose, builtin_hand};
 use graspd_view::{
-    Background, Camera, Color, Dot, Image, Scene, Segment, Shading, Surface, ViewError, render,
+    Background, Camera, Color, Dot, Image, Scene, Segment, Surface, ViewError, render,
     render_hand_pose,
 };
 use nalgebra::{Point3, Vector3};
@@ -289,13 +289,13 @@ fn dots_and_segments_show_fully_in_front_and_faintly_behind() {
         dots: vec![Dot {
             position: Point3::new(f64::NAN, 0.0, 0.0),
             radius: f64::INFINITY,
-            color: Color::BRICK,
+            color: Color::SAND,
         }],
         segments: vec![Segment {
             from: Point3::origin(),
             to: Point3::new(0.0, f64::INFINITY, 0.0),
             width: f64::NAN,
-            color: Color::BRICK,
+            color: Color::SAND,
         }],
         ..Scene::default()
     };
@@ -393,14 +393,14 @@ fn a_grasp_strip_shows_both_colours_in_each_of_three_panels() {
 }
 
 #[test]
-fn shading_tells_flat_from_smooth() {
+fn creases_tell_flat_from_smooth() {
     let ball = sphere(Point3::origin(), 1.0, 8);
-    let colors = |shading| {
+    let colors = |crease_angle| {
         let scene = Scene {
             surfaces: vec![Surface {
                 mesh: &ball,
                 color: Color::GREY,
-                shading,
+                crease_angle,
             }],
             background: BLACK,
             ..Scene::default()
@@ -412,5 +412,5 @@ fn shading_tells_flat_from_smooth() {
             .collect::<std::collections::HashSet<_>>()
             .len()
     };
-    assert!(colors(Shading::default()) > colors(Shading::Flat));
+    assert!(colors(0.7) > colors(0.0));
 }

@@ -32,20 +32,16 @@ impl FieldDescription {
             band: Some(1.2 * RANGE),
         };
         let grid = SdfGrid::sample(&SignedDistance::new(object)?, &sampling, &|_| {})?;
-        let dims = grid.dims();
-        let mut samples = Vec::with_capacity(dims.iter().product());
-        for k in 0..dims[2] {
-            for j in 0..dims[1] {
-                for i in 0..dims[0] {
-                    let share = f64::from(grid.value([i, j, k])) / RANGE;
-                    samples.push((127.5 * (share.clamp(-1.0, 1.0) + 1.0)).round() as u32);
-                }
-            }
-        }
+        let samples: Vec<u32> = (grid.to_values().into_iter())
+            .map(|distance| {
+                let share = (f64::from(distance) / RANGE).clamp(-1.0, 1.0);
+                (127.5 * (share + 1.0)).round() as u32
+            })
+            .collect();
         let (origin, spacing) = (grid.origin(), grid.spacing());
         Ok(Self {
             samples: block.push(&samples, 1, 1),
-            dims,
+            dims: grid.dims(),
             origin: [origin.x, origin.y, origin.z],
             spacing: [spacing.x, spacing.y, spacing.z],
             range: RANGE,
