@@ -116,9 +116,7 @@ fn hand_from_text(
     if text.trim().is_empty() {
         return Err(HandError::Empty);
     }
-    let prepared = xml::prepared(text, path)?;
-    let mut robot = urdf_rs::read_from_string(&prepared)
-        .map_err(|error| HandError::NotUrdf(one_line(&error.to_string())))?;
+    let mut robot = xml::read(text.trim_start_matches('\u{feff}'), path)?;
     name_in_one_line(&mut robot);
     let links: Vec<String> = robot.links.iter().map(|link| link.name.clone()).collect();
     let joints = robot.joints.iter().map(joint);
@@ -244,10 +242,4 @@ fn name_in_one_line(robot: &mut urdf_rs::Robot) {
             }
         }
     }
-}
-
-/// A parser's message without line breaks, and not too long.
-fn one_line(message: &str) -> String {
-    let words: Vec<&str> = message.split_whitespace().collect();
-    words.join(" ").chars().take(200).collect()
 }
