@@ -139,21 +139,6 @@ pub fn load_hand(name_or_path: &str) -> Result<Box<dyn Hand>, HandError> {
     load_hand_from(name_or_path, &LoadOptions::default())
 }
 
-/// The built-in hand of that name, or the hand that a file describes.
-///
-/// # Errors
-/// As [`load_hand_from`].
-pub fn load_hand_with(
-    name_or_path: &str,
-    options: &HandOptions,
-) -> Result<Box<dyn Hand>, HandError> {
-    let options = LoadOptions {
-        hand: options.clone(),
-        ..LoadOptions::default()
-    };
-    load_hand_from(name_or_path, &options)
-}
-
 /// The built-in hand of that name, or the hand that a file describes, or its mirror image.
 ///
 /// # Errors

@@ -68,7 +68,6 @@ pub use autodiff_hand::{AutodiffHand, HandModel, HandModelDescription};
 pub use barrett::barrett;
 pub use builtin::{
     BUILTIN_HANDS, BuiltinHand, LoadOptions, SkinOptions, builtin_hand, load_hand, load_hand_from,
-    load_hand_with,
 };
 pub use closing_direction::{closed_articulation, closing_directions};
 pub use error::HandError;
@@ -79,7 +78,7 @@ pub use human::{HUMAN_SHAPE_NAMES, HumanPoseSpace, human, human_model};
 pub use jacobian_rows::{HandPoint, JacobianRow, JacobianRows, PointForces};
 pub use joint::{Joint, JointKind, Mimic};
 pub use leap::leap;
-pub use limits::{Limit, clamp_to_limits, middle_of_limits};
+pub use limits::{Limit, clamp_to_limits};
 pub use mano::{
     JointPlacement, NumpyValue, POSE_FEATURES, POSE_VALUES, SKINNED_JOINT_NAMES,
     SKINNED_JOINT_PARENTS, SKINNED_JOINTS, SkinnedHand, SkinnedHandOptions, SkinnedModel,

@@ -69,11 +69,6 @@ pub fn clamp_to_limits(articulation: &mut [f64], limits: &[Limit]) {
     }
 }
 
-/// The middle of each range, `[n]`; see [`Limit::middle`] for missing bounds.
-pub fn middle_of_limits(limits: &[Limit]) -> Vec<f64> {
-    limits.iter().map(Limit::middle).collect()
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -98,7 +93,7 @@ mod tests {
         clamp_to_limits(&mut values, &limits);
         assert_eq!(values, [2.0, -1e9, 0.5]);
         assert!(values.iter().zip(&limits).all(|(v, l)| l.contains(*v)));
-        assert_eq!(middle_of_limits(&limits), [0.5, 0.0, 0.5]);
+        assert_eq!(limits.map(|limit| limit.middle()), [0.5, 0.0, 0.5]);
     }
 
     #[test]

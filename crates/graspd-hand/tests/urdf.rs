@@ -3,7 +3,7 @@
 mod toy;
 
 use graspd_geom::{Quaternion, Vec3, box_mesh, save_obj, save_stl};
-use graspd_hand::{Hand, HandError, HandPose, Limit, load_hand_with, load_urdf};
+use graspd_hand::{Hand, HandError, HandPose, Limit, LoadOptions, load_hand_from, load_urdf};
 use nalgebra::Vector3;
 use std::path::Path;
 use toy::{LIMIT, joint, load_text, robot, small_options};
@@ -168,12 +168,15 @@ fn meshes_are_found_scaled_mended_and_replaced() {
 
 #[test]
 fn hands_are_loaded_by_name_or_path() {
-    let options = small_options().hand;
+    let options = LoadOptions {
+        hand: small_options().hand,
+        ..LoadOptions::default()
+    };
     assert_eq!(
-        load_hand_with("allegro", &options).unwrap().name(),
+        load_hand_from("allegro", &options).unwrap().name(),
         "allegro"
     );
-    let message = |name: &str| match load_hand_with(name, &options) {
+    let message = |name: &str| match load_hand_from(name, &options) {
         Ok(_) => panic!("{name} is a hand"),
         Err(error) => error.to_string(),
     };
@@ -188,7 +191,7 @@ fn hands_are_loaded_by_name_or_path() {
         &format!(r#"<origin xyz="0 0 1"/>{LIMIT}"#),
     );
     std::fs::write(&path, robot("ab", &joints)).unwrap();
-    let hand = load_hand_with(path.to_str().unwrap(), &options).unwrap();
+    let hand = load_hand_from(path.to_str().unwrap(), &options).unwrap();
     assert_eq!(hand.articulation_names(), ["bend"]);
     assert!(matches!(
         load_urdf(folder.path(), &small_options()),

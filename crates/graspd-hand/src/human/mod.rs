@@ -1,16 +1,14 @@
 //! A human right hand made by code, in MANO's layout.
 
 #[cfg(test)]
-mod implicit_surface;
+#[path = "tests/mod.rs"]
+mod generation;
 mod joint_ranges;
 mod proportions;
 mod shape;
 mod skin;
-#[cfg(test)]
-mod skin_generation;
 mod skin_weights;
 mod synergies;
-
 use graspd_geom::TriangleMesh;
 
 use crate::HandError;

@@ -215,7 +215,7 @@ fn options_that_cannot_be() {
                 shape: vec![0.0; 2],
                 ..Default::default()
             },
-            "(how many parameters)` is 2",
+            "`shape` is 2; it must be 0 to 1",
         ),
         (
             SkinnedHandOptions {

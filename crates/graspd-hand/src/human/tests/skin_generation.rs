@@ -7,8 +7,8 @@ use graspd_geom::{NodeGrid, RemeshTarget, TriangleMesh, isosurface, remesh};
 use nalgebra::{Point3, Vector3};
 
 use super::implicit_surface::ImplicitHand;
-use super::proportions::{Chain, RAYS, THUMB, chains};
-use super::skin::SKIN_VERTICES;
+use crate::human::proportions::{Chain, RAYS, THUMB, chains};
+use crate::human::skin::SKIN_VERTICES;
 
 /// Spacing of the grid that the first surface is found on \[mm\].
 const GRID_SPACING: f64 = 5.0;

@@ -1,11 +1,11 @@
 //! The flesh around the skeleton: a field that is negative inside, whose zero level is the skin.
 //!
 //! Rounded cones along the bones, pads and webs, joined by a smooth minimum. Millimetres, in the frame of
-//! [`super::proportions`]. Away from the skin the field is only roughly a distance.
+//! [`crate::human::proportions`]. Away from the skin the field is only roughly a distance.
 
 use nalgebra::{Point3, Vector3};
 
-use super::proportions::{Chain, RAYS, THUMB, chains};
+use crate::human::proportions::{Chain, RAYS, THUMB, chains};
 
 /// Depth of a finger over its breadth, at its base and at its tip.
 const DEPTH_RATIO: [f64; 2] = [0.94, 0.8];
