@@ -9,24 +9,20 @@
 //! find them.
 
 mod hands;
-mod self_penetration;
 
 use std::error::Error;
 use std::fs;
 use std::path::Path;
 
 use graspd::{
-    ExecutionSettings, Grasp, GraspObject, GraspRecord, NamedMesh, PAPER_RESOLUTION, RunSettings,
-    Summary, SynthesisSettings, synthesize_grasps, write_records,
+    ExecutionSettings, Grasp, GraspObject, GraspRecord, HOLDS_BELOW_CM, NamedMesh,
+    PAPER_RESOLUTION, RunSettings, Summary, SynthesisSettings, synthesize_grasps, write_records,
 };
 use graspd_eval::EvaluationSettings;
 use graspd_view::render_hand_pose;
 
 use hands::{ROWS, Row};
-use self_penetration::{Overlap, SelfPenetration};
 
-/// A grasp holds that moves less than this \[cm\].
-const HOLDS: f64 = 0.5;
 /// Of each of a picture's three panels \[pixels\].
 const PANEL: (usize, usize) = (450, 450);
 
@@ -62,23 +58,17 @@ fn main() -> Result<(), Box<dyn Error>> {
         if !wanted.is_empty() && !wanted.iter().any(|name| name == row.name) {
             continue;
         }
-        let Some(subject) = row.subject()? else {
+        let Some(hand) = row.load()? else {
             continue;
         };
-        let hand = subject.hand();
         let grasps = synthesize_grasps(&object, hand.as_ref(), &settings, &run, &())?;
         let records: Vec<GraspRecord> = grasps.iter().map(|grasp| grasp.record.clone()).collect();
-        let measure = SelfPenetration::new(&subject.made_of)?;
-        let depths = grasps
-            .iter()
-            .map(|grasp| measure.deepest(&grasp.pose.articulation));
-        let depths: Vec<Overlap> = depths.collect::<Result<_, _>>()?;
         eprintln!("{}", row.name);
-        for (record, depth) in records.iter().zip(&depths) {
-            eprintln!("{}", line(record, depth));
+        for record in &records {
+            eprintln!("{}", line(record));
         }
         figures += &figures_of(&row, &records);
-        overlaps += &overlaps_of(&row, &depths);
+        overlaps += &overlaps_of(&row, &records);
 
         let stem = format!("hand-{}-{}", row.name, object.source.name);
         let at = |ending: &str| Path::new(&folder).join(format!("{stem}.{ending}"));
@@ -103,21 +93,18 @@ fn number(value: Option<f64>, digits: usize) -> String {
 }
 
 /// One grasp as it is printed while the example runs.
-fn line(record: &GraspRecord, overlap: &Overlap) -> String {
-    let [first, second] = &overlap.bodies;
+fn line(record: &GraspRecord) -> String {
     let metrics = record.metrics.as_ref();
     let of = |pick: fn(&graspd_eval::GraspMetrics) -> Option<f64>| metrics.and_then(pick);
     format!(
-        "  #{}: SD {} CA {} IV {} epsilon {} deepest {} mm, itself {:.1} mm \
-         ({first}, {second}; spheres {:.1} mm), pre-grasp {}",
+        "  #{}: SD {} CA {} IV {} epsilon {} deepest {} mm, itself {} mm, pre-grasp {}",
         record.index,
         number(of(|m| m.sim_displacement_cm), 2),
         number(of(|m| m.contact_area_cm2), 1),
         number(of(|m| m.interpenetration_volume_cm3), 2),
         number(of(|m| m.epsilon), 2),
         number(of(|m| m.max_penetration_mm), 1),
-        1e3 * overlap.depth,
-        1e3 * overlap.of_spheres,
+        number(of(|m| m.self_penetration_mm), 1),
         if is_free(record) { "free" } else { "not free" },
     )
 }
@@ -137,7 +124,7 @@ fn figures_of(row: &Row, records: &[GraspRecord]) -> String {
     let holds = |record: &&GraspRecord| {
         let metrics = record.metrics.as_ref();
         let displacement = metrics.and_then(|metrics| metrics.sim_displacement_cm);
-        displacement.is_some_and(|cm| cm < HOLDS)
+        displacement.is_some_and(|cm| cm < HOLDS_BELOW_CM)
     };
     let seconds = Summary::of(records);
     format!(
@@ -155,21 +142,26 @@ fn figures_of(row: &Row, records: &[GraspRecord]) -> String {
 }
 
 /// A row of the second table.
-fn overlaps_of(row: &Row, overlaps: &[Overlap]) -> String {
-    let depths: Vec<f64> = overlaps.iter().map(|overlap| overlap.depth).collect();
-    let of_best = depths
+fn overlaps_of(row: &Row, records: &[GraspRecord]) -> String {
+    let depth = |record: &GraspRecord| {
+        record
+            .metrics
+            .as_ref()
+            .and_then(|metrics| metrics.self_penetration_mm)
+    };
+    let depths: Vec<f64> = records.iter().filter_map(depth).collect();
+    let of_best: Vec<String> = depths
         .iter()
         .take(2)
-        .map(|depth| format!("{:.1}", 1e3 * depth));
+        .map(|depth| format!("{depth:.1}"))
+        .collect();
     let mean = depths.iter().sum::<f64>() / depths.len() as f64;
     let deepest = depths
         .iter()
         .fold(0.0_f64, |deepest, depth| deepest.max(*depth));
     format!(
-        "| {} | {} | {:.1} | {:.1} |\n",
+        "| {} | {} | {mean:.1} | {deepest:.1} |\n",
         row.title,
-        of_best.collect::<Vec<_>>().join(", "),
-        1e3 * mean,
-        1e3 * deepest
+        of_best.join(", ")
     )
 }
