@@ -8,6 +8,7 @@ use std::path::Path;
 
 use anyhow::{Context, Result};
 
+use crate::graph::{Graph, circles};
 use crate::sources::rust_files;
 use crate::steps::report;
 use crate::uses::{paths, without_tests};
@@ -62,8 +63,16 @@ fn module_of(file: &Path) -> Vec<String> {
 
 type Module = Vec<String>;
 
+fn name(module: &Module) -> String {
+    if module.is_empty() {
+        "crate".into()
+    } else {
+        module.join("::")
+    }
+}
+
 /// Returns which module uses which, by the paths in their texts.
-fn uses(files: &BTreeMap<Module, String>) -> BTreeMap<Module, BTreeSet<Module>> {
+fn uses(files: &BTreeMap<Module, String>) -> Graph {
     let mut read = BTreeMap::new();
     let mut tests = BTreeSet::new();
     for (module, text) in files {
@@ -117,51 +126,9 @@ fn uses(files: &BTreeMap<Module, String>) -> BTreeMap<Module, BTreeSet<Module>> 
             .filter_map(|path| full(module, &path.parts))
             .map(&definer)
             .filter(|used| !module.starts_with(used));
-        edges.insert(module.clone(), used.collect());
+        edges.insert(name(module), used.map(|used| name(&used)).collect());
     }
     edges
-}
-
-/// Returns a line for each set of modules that reach each other.
-fn circles(uses: &BTreeMap<Module, BTreeSet<Module>>) -> Vec<String> {
-    let reached = |start: &Module| {
-        let mut found: BTreeSet<&Module> = BTreeSet::new();
-        let mut next: Vec<&Module> = uses[start].iter().collect();
-        while let Some(module) = next.pop() {
-            if found.insert(module) {
-                next.extend(uses.get(module).into_iter().flatten());
-            }
-        }
-        found
-    };
-    let reach: BTreeMap<&Module, BTreeSet<&Module>> = uses
-        .keys()
-        .map(|module| (module, reached(module)))
-        .collect();
-    let mut circles = BTreeSet::new();
-    for (module, reached) in &reach {
-        let together =
-            |other: &&&Module| reach.get(*other).is_some_and(|back| back.contains(module));
-        let circle: Vec<&Module> = reached.iter().filter(together).copied().collect();
-        if circle.contains(module) {
-            let name = |module: &Module| {
-                if module.is_empty() {
-                    "crate".into()
-                } else {
-                    module.join("::")
-                }
-            };
-            let edges = circle.iter().flat_map(|from| {
-                let used = uses[*from].iter().filter(|to| circle.contains(to));
-                used.map(move |to| format!("{} -> {}", name(from), name(to)))
-            });
-            circles.insert(format!(
-                "a circle: {}",
-                edges.collect::<Vec<_>>().join(", ")
-            ));
-        }
-    }
-    circles.into_iter().collect()
 }
 
 #[cfg(test)]

@@ -6,6 +6,7 @@ use std::path::Path;
 use anyhow::{Context, Result};
 use serde_json::Value;
 
+use crate::graph::{Graph, circles};
 use crate::steps::{cargo, output, report};
 
 /// What a crate may depend on, by normal and build dependencies.
@@ -83,7 +84,7 @@ fn faults(metadata: &Value) -> Result<Vec<String>> {
     let name_of = |value: &Value| value["name"].as_str().unwrap_or_default().to_owned();
     let members: BTreeSet<String> = packages.iter().map(name_of).collect();
     let mut faults = Vec::new();
-    let mut uses: BTreeMap<String, BTreeSet<String>> = BTreeMap::new();
+    let mut uses = Graph::new();
     for package in packages {
         let name = name_of(package);
         let layer = LAYERS.iter().find(|(layer, _)| *layer == name);
@@ -99,6 +100,7 @@ fn faults(metadata: &Value) -> Result<Vec<String>> {
             let is_member = members.contains(&used);
             // A crate names itself to switch on features of its own for its tests.
             if is_member && used != name {
+                uses.entry(used.clone()).or_default();
                 uses.entry(name.clone()).or_default().insert(used.clone());
             }
             let is_allowed = match layer.map(|(_, allowed)| allowed) {
@@ -112,38 +114,8 @@ fn faults(metadata: &Value) -> Result<Vec<String>> {
             }
         }
     }
-    faults.extend(cycle(&uses).map(|path| format!("a cycle: {}", path.join(" -> "))));
+    faults.extend(circles(&uses));
     Ok(faults)
-}
-
-/// A cycle of `uses`, if there is one, beginning and ending with the same name.
-fn cycle(uses: &BTreeMap<String, BTreeSet<String>>) -> Option<Vec<String>> {
-    fn visit(
-        name: &str,
-        uses: &BTreeMap<String, BTreeSet<String>>,
-        path: &mut Vec<String>,
-        done: &mut BTreeSet<String>,
-    ) -> Option<Vec<String>> {
-        if let Some(start) = path.iter().position(|p| p == name) {
-            let mut found = path[start..].to_vec();
-            found.push(name.to_owned());
-            return Some(found);
-        }
-        if done.contains(name) {
-            return None;
-        }
-        path.push(name.to_owned());
-        let used = uses.get(name).into_iter().flatten();
-        let found = used
-            .into_iter()
-            .find_map(|used| visit(used, uses, path, done));
-        path.pop();
-        done.insert(name.to_owned());
-        found
-    }
-    let mut done = BTreeSet::new();
-    uses.keys()
-        .find_map(|name| visit(name, uses, &mut Vec::new(), &mut done))
 }
 
 #[cfg(test)]
@@ -219,7 +191,9 @@ mod tests {
         let found = faults(&metadata(&edges)).unwrap();
         assert_eq!(
             found,
-            ["a cycle: graspd-ad -> graspd-hand -> graspd-geom -> graspd-ad"]
+            [
+                "a circle: graspd-ad -> graspd-hand, graspd-geom -> graspd-ad, graspd-hand -> graspd-geom"
+            ]
         );
     }
 

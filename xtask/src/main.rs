@@ -5,6 +5,7 @@ mod ci;
 mod circles;
 mod duplicates;
 mod edges;
+mod graph;
 mod laboratory;
 mod links;
 mod manual;

@@ -1,9 +1,8 @@
 //! A run's results as JSON and as a page.
 
-use std::collections::BTreeMap;
-
 use anyhow::Result;
 use serde::{Deserialize, Serialize};
+use serde_json::{Value, json};
 
 use super::metrics::{COLUMNS, Column, ObjectResult};
 use super::summary::{Estimate, SELECTIONS, Selection, Verdict, common, difference, estimate};
@@ -11,7 +10,7 @@ use super::summary::{Estimate, SELECTIONS, Selection, Verdict, common, differenc
 pub(super) const SCHEMA: &str = "graspd.evaluation/1";
 
 /// A run: what was asked for, and what came of it.
-#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct Evaluation {
     pub(super) schema: String,
     /// A name for tables.
@@ -21,43 +20,27 @@ pub(super) struct Evaluation {
     pub(super) objects: Vec<ObjectResult>,
 }
 
-/// Something of every column, for every selection of grasps.
-type Columns<T> = BTreeMap<&'static str, BTreeMap<&'static str, T>>;
-
-/// The run as it is written: read back as an [`Evaluation`], which leaves the means out.
-#[derive(Serialize)]
-pub(super) struct EvaluationFile<'a> {
-    schema: &'a str,
-    title: &'a str,
-    command: &'a str,
-    over_objects: Columns<Estimate>,
-    objects: Vec<ObjectEntry<'a>>,
-}
-
-#[derive(Serialize)]
-struct ObjectEntry<'a> {
-    #[serde(flatten)]
-    result: &'a ObjectResult,
-    #[serde(flatten)]
-    means: Columns<Estimate>,
-}
-
 impl Evaluation {
-    /// Returns everything, for programs.
-    pub(super) fn json(&self) -> EvaluationFile<'_> {
-        let means = |objects: &[ObjectResult]| columns(|s, column| estimate(objects, s, column));
-        EvaluationFile {
-            schema: &self.schema,
-            title: &self.title,
-            command: &self.command,
-            over_objects: means(&self.objects),
-            objects: (self.objects.iter())
-                .map(|result| ObjectEntry {
-                    result,
-                    means: means(std::slice::from_ref(result)),
-                })
-                .collect(),
+    /// Returns everything, for programs; read back as an [`Evaluation`], which leaves the means out.
+    pub(super) fn json(&self) -> Value {
+        let means =
+            |objects: &[ObjectResult]| columns(|s, column| json!(estimate(objects, s, column)));
+        let mut value = json!(self);
+        value["over_objects"] = means(&self.objects);
+        for (entry, object) in value["objects"]
+            .as_array_mut()
+            .into_iter()
+            .flatten()
+            .zip(&self.objects)
+        {
+            let Value::Object(selections) = means(std::slice::from_ref(object)) else {
+                continue;
+            };
+            for (selection, columns) in selections {
+                entry[selection] = columns;
+            }
         }
+        value
     }
 
     /// The page.
@@ -153,53 +136,37 @@ impl Comparison {
     }
 
     /// Returns the same, for programs.
-    pub(super) fn json(&self) -> ComparisonFile<'_> {
+    pub(super) fn json(&self) -> Value {
         let (ours, theirs) = (&self.ours.objects, &self.theirs.objects);
-        ComparisonFile {
-            schema: "graspd.comparison/1",
-            ours: &self.ours.command,
-            theirs: &self.theirs.command,
-            difference: columns(|selection, column| {
+        json!({
+            "schema": "graspd.comparison/1",
+            "ours": self.ours.command,
+            "theirs": self.theirs.command,
+            "difference": columns(|selection, column| {
                 let gained = difference(ours, theirs, selection, column);
-                Difference {
-                    ours: estimate(ours, selection, column).value,
-                    theirs: estimate(theirs, selection, column).value,
-                    difference: gained.value,
-                    interval_95: gained.interval,
-                    verdict: Verdict::of(column, &gained),
-                }
+                json!({
+                    "ours": estimate(ours, selection, column).value,
+                    "theirs": estimate(theirs, selection, column).value,
+                    "difference": gained.value,
+                    "interval_95": gained.interval,
+                    "verdict": Verdict::of(column, &gained).words(),
+                })
             }),
-        }
+        })
     }
 }
 
-/// A comparison as it is written.
-#[derive(Serialize)]
-pub(super) struct ComparisonFile<'a> {
-    schema: &'static str,
-    ours: &'a str,
-    theirs: &'a str,
-    difference: Columns<Difference>,
-}
-
-#[derive(Serialize)]
-struct Difference {
-    ours: f64,
-    theirs: f64,
-    difference: f64,
-    interval_95: Option<[f64; 2]>,
-    verdict: Verdict,
-}
-
-fn columns<T>(of: impl Fn(Selection, &'static Column) -> T) -> Columns<T> {
+/// Returns something of every column, for every selection of grasps.
+fn columns(of: impl Fn(Selection, &Column) -> Value) -> Value {
     let all = |selection| {
         COLUMNS
             .iter()
-            .map(|column| (column.key, of(selection, column)))
+            .map(|column| (column.key.to_owned(), of(selection, column)))
             .collect()
     };
-    (SELECTIONS.into_iter())
-        .map(|selection| (selection.key, all(selection)))
+    SELECTIONS
+        .into_iter()
+        .map(|selection| (selection.key.to_owned(), Value::Object(all(selection))))
         .collect()
 }
 
@@ -267,7 +234,7 @@ mod tests {
     #[test]
     fn runs_are_read_as_they_are_written() {
         let run = run("soft", [10.0, 20.0, 30.0]);
-        let value = serde_json::to_value(run.json()).unwrap();
+        let value = run.json();
         assert_eq!(
             value["over_objects"]["all"]["contact_area_cm2"]["mean"],
             20.0
@@ -298,7 +265,7 @@ mod tests {
         let page = comparison.page();
         let line = "| CA cm² | 16.0 | 15.0 | 1.00 | 1.00 to 1.00 | better |";
         assert!(page.contains(line), "{page}");
-        let value = serde_json::to_value(comparison.json()).unwrap();
+        let value = comparison.json();
         let all = &value["difference"]["all"];
         assert_eq!(all["contact_area_cm2"]["verdict"], "better");
         assert_eq!(all["epsilon"]["verdict"], "no significant difference");

@@ -125,17 +125,13 @@ fn settled<const TERMS: usize>(
 }
 
 /// What the difference of a column is worth.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Verdict {
-    #[serde(rename = "better")]
     Better,
-    #[serde(rename = "worse")]
     Worse,
     /// The interval of the difference contains 0.
-    #[serde(rename = "no significant difference")]
     NoDifference,
     /// There is no interval: too few grasps, or a ratio over 0.
-    #[serde(rename = "cannot be told")]
     Unknown,
 }
 

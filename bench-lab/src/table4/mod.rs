@@ -13,7 +13,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::command::{Laboratory, digest, json_output, output, read_json, write_json, write_text};
 use crate::objects::{Subject, subjects};
-use report::{Means, ObjectRow, Table, document, table};
+use report::{Means, ObjectRow, document, json, table};
 
 /// The options of `cargo xtask reproduce-table4`.
 #[derive(Args)]
@@ -84,7 +84,7 @@ pub(crate) fn reproduce(laboratory: &Laboratory, options: &Options) -> Result<()
         rows.len() - rendered
     );
     println!("{}", table(&rows));
-    write_json(&notes.join("table4.json"), &Table::new(&rows, starts))?;
+    write_json(&notes.join("table4.json"), &json(&rows, starts))?;
     write_text(
         &notes.join("table4.md"),
         &document(&rows, starts, options.quick),

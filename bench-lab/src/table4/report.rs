@@ -1,6 +1,7 @@
 //! The table, as text, JSON and a page.
 
 use serde::{Deserialize, Serialize};
+use serde_json::{Value, json};
 
 /// CA \[cm^2\], IV \[cm^3\], CA/IV \[1/cm\] and SD \[cm\] of the paper's Table 4 (supplementary material, appendix D).
 const PAPER_TRUTH: [f64; 4] = [42.6, 2.83, 15.1, 0.41];
@@ -123,90 +124,29 @@ pub(super) fn table(rows: &[ObjectRow]) -> String {
     text
 }
 
-/// The table for programs, `table4.json`.
-#[derive(Serialize)]
-pub(super) struct Table<'a> {
-    schema: &'static str,
-    units: Columns<&'static str>,
-    starts: usize,
-    ours: Pair,
-    ours_by_voxel_count: Pair,
-    paper: Pair,
-    objects: Vec<ObjectEntry<'a>>,
-}
-
-#[derive(Serialize)]
-struct Columns<T> {
-    #[serde(rename = "CA")]
-    area: T,
-    #[serde(rename = "IV")]
-    volume: T,
-    #[serde(rename = "CA/IV")]
-    ratio: T,
-    #[serde(rename = "SD")]
-    displacement: T,
-}
-
-impl<T> From<[T; 4]> for Columns<T> {
-    fn from([area, volume, ratio, displacement]: [T; 4]) -> Self {
-        Self {
-            area,
-            volume,
-            ratio,
-            displacement,
-        }
-    }
-}
-
-#[derive(Serialize)]
-struct Pair {
-    #[serde(rename = "GT-Mesh")]
-    truth: Columns<f64>,
-    #[serde(rename = "RGB-D")]
-    rgbd: Columns<f64>,
-}
-
-impl Pair {
-    fn new(truth: [f64; 4], rgbd: [f64; 4]) -> Self {
-        Self {
-            truth: truth.into(),
-            rgbd: rgbd.into(),
-        }
-    }
-}
-
-#[derive(Serialize)]
-struct ObjectEntry<'a> {
-    object: &'a str,
-    note: Option<&'a str>,
-    capture: &'static str,
-    views: usize,
-    seconds: f64,
-    #[serde(flatten)]
-    columns: Pair,
-}
-
-impl<'a> Table<'a> {
-    pub(super) fn new(rows: &'a [ObjectRow], starts: usize) -> Self {
-        let objects = rows.iter().map(|row| ObjectEntry {
-            object: &row.name,
-            note: row.note.as_deref(),
-            capture: row.kind(),
-            views: row.views,
-            seconds: row.seconds,
-            columns: Pair::new(row.truth.columns(), row.rgbd.columns()),
-        });
-        let [truth, counted_truth, _, rgbd, counted_rgbd, _] = compared(rows).map(|(_, row)| row);
-        Self {
-            schema: "graspd.table4/1",
-            units: ["cm^2", "cm^3", "1/cm", "cm"].into(),
-            starts,
-            ours: Pair::new(truth, rgbd),
-            ours_by_voxel_count: Pair::new(counted_truth, counted_rgbd),
-            paper: Pair::new(PAPER_TRUTH, PAPER_RGBD),
-            objects: objects.collect(),
-        }
-    }
+/// Returns the table for programs, `table4.json`.
+pub(super) fn json(rows: &[ObjectRow], starts: usize) -> Value {
+    let columns = |[area, volume, ratio, displacement]: [f64; 4]| json!({"CA": area, "IV": volume, "CA/IV": ratio, "SD": displacement});
+    let pair = |truth, rgbd| json!({"GT-Mesh": columns(truth), "RGB-D": columns(rgbd)});
+    let objects = rows.iter().map(|row| {
+        let mut object = pair(row.truth.columns(), row.rgbd.columns());
+        object["object"] = json!(row.name);
+        object["note"] = json!(row.note);
+        object["capture"] = json!(row.kind());
+        object["views"] = json!(row.views);
+        object["seconds"] = json!(row.seconds);
+        object
+    });
+    let [truth, counted_truth, _, rgbd, counted_rgbd, _] = compared(rows).map(|(_, row)| row);
+    json!({
+        "schema": "graspd.table4/1",
+        "units": {"CA": "cm^2", "IV": "cm^3", "CA/IV": "1/cm", "SD": "cm"},
+        "starts": starts,
+        "ours": pair(truth, rgbd),
+        "ours_by_voxel_count": pair(counted_truth, counted_rgbd),
+        "paper": pair(PAPER_TRUTH, PAPER_RGBD),
+        "objects": objects.collect::<Vec<_>>(),
+    })
 }
 
 /// The page, with a picture of the best grasp for each object and row.
@@ -284,7 +224,7 @@ mod tests {
     #[test]
     fn means_are_over_objects_and_the_ratio_is_that_of_means() {
         let rows = [row("a", 10.0), row("b", 30.0)];
-        let value = serde_json::to_value(Table::new(&rows, 10)).unwrap();
+        let value = json(&rows, 10);
         assert_eq!(value["ours"]["GT-Mesh"]["CA"], 20.0);
         assert_eq!(value["ours"]["GT-Mesh"]["CA/IV"], 10.0);
         assert_eq!(value["ours"]["RGB-D"]["SD"], 1.5);
@@ -307,13 +247,13 @@ mod tests {
 
     #[test]
     fn a_summary_without_metrics_is_an_error() {
-        let mut summary = serde_json::json!({
+        let mut summary = json!({
             "grasps": 2, "epsilon": 0.5, "contact_area_cm2": 1.0, "contact_area_voxel_count_cm2": 1.4,
             "interpenetration_volume_cm3": 2.0, "sim_displacement_cm": 3.0,
         });
-        let means = |summary: &serde_json::Value| serde_json::from_value::<Means>(summary.clone());
+        let means = |summary: &Value| serde_json::from_value::<Means>(summary.clone());
         assert_eq!(means(&summary).unwrap().displacement_cm, 3.0);
-        summary["contact_area_cm2"] = serde_json::Value::Null;
+        summary["contact_area_cm2"] = Value::Null;
         assert!(means(&summary).is_err());
     }
 }
