@@ -1,5 +1,5 @@
-//! Closes each joint of a hand by itself, and prints how far that moves the hand's contact points: the joint's part of the
-//! Jacobian, by one pullback for each direction.
+//! Closes each joint of a hand by itself, and prints how far that moves the hand's contact points: the joint's part
+//! of the Jacobian, by one pullback for each direction.
 //!
 //! `cargo run --release -p graspd-hand --example reach -- [HAND]`: a built-in name or a file; by default `allegro`
 

@@ -92,8 +92,8 @@ impl ArticulatedHand {
         })
     }
 
-    /// The mirror image: kinematics, meshes, contact points, spheres and palm reflected at the plane of the palm's
-    /// normal and finger direction. Joints keep their names, limits and the sense in which they close.
+    /// Returns the mirror image: kinematics, meshes, contact points, spheres and palm reflected at the plane of the
+    /// palm's normal and finger direction. Joints keep their names, limits and the sense in which they close.
     pub fn mirrored(&self) -> Self {
         let reflection = Reflection::across(&self.description.palm);
         let reflected = |points: &PointBuffer<f64>| {
@@ -144,15 +144,15 @@ impl ArticulatedHand {
         self.closing = closing;
     }
 
-    /// The links and joints.
+    /// Returns the links and joints.
     pub fn tree(&self) -> &KinematicTree {
         &self.description.tree
     }
-    /// The closed solids on the bodies.
+    /// Returns the closed solids on the bodies.
     pub fn parts(&self) -> &[Part] {
         &self.description.parts
     }
-    /// Position of each contact point in its body's frame \[m\], `[n]` with padding.
+    /// Returns the position of each contact point in its body's frame \[m\], `[n]` with padding.
     pub fn local_contact_points(&self) -> &PointBuffer<f64> {
         &self.points.positions
     }
@@ -160,11 +160,11 @@ impl ArticulatedHand {
     pub fn local_contact_normals(&self) -> &PointBuffer<f64> {
         &self.points.normals
     }
-    /// Center of each collision sphere in its body's frame \[m\], `[s]`.
+    /// Returns the centre of each collision sphere in its body's frame \[m\], `[s]`.
     pub fn local_sphere_centers(&self) -> &[Vec3<f64>] {
         &self.points.sphere_centers
     }
-    /// Pose of the link named `link` in the object frame; `None` if there is no such link.
+    /// Computes the pose of the link named `link` in the object frame; `None` if there is no such link.
     pub fn link_pose(&self, pose: &HandPose, link: &str) -> Option<Rigid<f64>> {
         let frame = self.tree().links().iter().find(|l| l.name == link)?;
         let bodies = self.tree().poses(&pose.base(), &pose.articulation);

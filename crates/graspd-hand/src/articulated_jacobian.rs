@@ -1,5 +1,5 @@
-//! The pose of a hand of rigid links, and rows of its Jacobian: a point is moved by the joints between its body and the
-//! base.
+//! The pose of a hand of rigid links, and rows of its Jacobian: a point is moved by the joints between its body and
+//! the base.
 
 use graspd_geom::{Rigid, Vec3};
 use nalgebra::Point3;
@@ -73,7 +73,7 @@ struct Load {
     torque: Vec3<f64>,
 }
 
-/// The loads with those of one body added up; the rest are of the base, which no joint moves.
+/// Returns the loads with those of one body added up; the rest are of the base, which no joint moves.
 fn merged([a, b, c]: [Load; 3]) -> [Load; 3] {
     const NONE: Load = Load {
         body: 0,

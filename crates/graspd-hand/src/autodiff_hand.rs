@@ -173,8 +173,8 @@ impl MaterialPoints {
         }
     }
 
-    /// Computes the derivatives of the points by each parameter, and hands them to `visit`: parameter, point, derivative
-    /// in the frame of the hand's base.
+    /// Computes the derivatives of the points by each parameter, and hands them to `visit`: parameter, point,
+    /// derivative in the frame of the hand's base.
     fn differentiate(
         &self,
         model: &impl HandModel,

@@ -16,7 +16,7 @@ const KNUCKLE_HEIGHT: f64 = 0.0415;
 /// Height of the inner joints above that \[m\].
 const INNER_HEIGHT: f64 = 0.0339;
 
-/// A hand like the BarrettHand BH8-282: three fingers of two links, of which two spread around the palm.
+/// Returns a hand like the BarrettHand BH8-282: three fingers of two links, of which two spread around the palm.
 ///
 /// The base frame is at the mounting flange, z out of the palm; finger 3 is on the side of -y, the others, unspread,
 /// on that of y. Four motors, four joints: `spread` turns fingers 1 and 2 in opposite senses about their bases,
@@ -78,7 +78,7 @@ pub fn barrett(options: &HandOptions) -> Result<ArticulatedHand, HandError> {
     ArticulatedHand::new(described("barrett", &rows, palm)?, options)
 }
 
-/// The inner and the outer link; in both frames the finger points to -x and bends towards y, about -z.
+/// Returns the inner and the outer link; in both frames the finger points to -x and bends towards y, about -z.
 fn push_finger(rows: &mut Vec<LinkRow>, finger: usize, parent: String, origin: [[f64; 3]; 2]) {
     let joint = ["finger_1", "finger_2", "finger_3"][finger - 1];
     let inner = format!("finger_{finger}_med_link");

@@ -24,7 +24,8 @@ pub(crate) trait BodyMotion: Sync {
 #[derive(Clone, Debug)]
 pub(crate) struct BodyPoints {
     pub(crate) contacts: ContactPoints,
-    /// The bodies that have contact points, and whose they are: whole blocks of [`POINT_PADDING`](crate::POINT_PADDING).
+    /// The bodies that have contact points, and whose they are: whole blocks of
+    /// [`POINT_PADDING`](crate::POINT_PADDING).
     pub(crate) contact_ranges: Vec<(usize, Range<usize>)>,
     /// Position of each contact point \[m\], and the outward unit normal there, `[n]`.
     pub(crate) positions: PointBuffer<f64>,

@@ -57,8 +57,8 @@ pub struct LoadOptions {
 pub struct SkinOptions {
     /// Shape parameters in standard deviations, in order; those not given are 0, the mean shape.
     pub shape: Vec<f64>,
-    /// Pose the hand by so many of its principal components. Without, a file's are all used, and the built-in human hand
-    /// is posed by the angles of its joints.
+    /// Pose the hand by so many of its principal components. Without, a file's are all used, and the built-in human
+    /// hand is posed by the angles of its joints.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub pose_components: Option<usize>,
     /// Count poses from the flat hand instead of from the mean pose.
@@ -101,7 +101,7 @@ impl SkinOptions {
     }
 }
 
-/// The built-in hand named `name`, one of [`BUILTIN_HANDS`]; `None` if there is none.
+/// Returns the built-in hand named `name`, one of [`BUILTIN_HANDS`]; `None` if there is none.
 pub fn builtin_hand(name: &str) -> Option<Box<dyn Hand>> {
     // Built-in hands with default options have no faults: a test makes each of them.
     builtin_hand_with(name, &LoadOptions::default()).ok()?
@@ -118,7 +118,7 @@ fn builtin_hand_with(
     })
 }
 
-/// The built-in hands of rigid links.
+/// Makes a built-in hand of rigid links; `None` if there is none of that name.
 fn articulated_hand_with(
     name: &str,
     options: &HandOptions,
@@ -131,7 +131,7 @@ fn articulated_hand_with(
     })
 }
 
-/// The built-in hand of that name, or the hand that a file describes, covered as finely as the paper does.
+/// Returns the built-in hand of that name, or the hand that a file describes, covered as finely as the paper does.
 ///
 /// # Errors
 /// As [`load_hand_from`].
@@ -139,7 +139,7 @@ pub fn load_hand(name_or_path: &str) -> Result<Box<dyn Hand>, HandError> {
     load_hand_from(name_or_path, &LoadOptions::default())
 }
 
-/// The built-in hand of that name, or the hand that a file describes, or its mirror image.
+/// Returns the built-in hand of that name, or the hand that a file describes, or its mirror image.
 ///
 /// # Errors
 /// Whatever is wrong with the file or the options; [`HandError::UnknownHand`] where there is no such file either.
@@ -168,7 +168,7 @@ pub fn load_hand_from(
     })
 }
 
-/// The hand of a URDF file; `None` if that is not what the path names.
+/// Loads the hand of a URDF file; `None` if that is not what the path names.
 fn urdf_hand(
     name_or_path: &str,
     options: &LoadOptions,
@@ -185,7 +185,7 @@ fn urdf_hand(
     load_urdf(path, &options).map(Some)
 }
 
-/// A built-in hand or a file of any other kind.
+/// Makes a built-in hand, or that of a file of any other kind.
 fn other_hand(name_or_path: &str, options: &LoadOptions) -> Result<Box<dyn Hand>, HandError> {
     if let Some(hand) = builtin_hand_with(name_or_path, options)? {
         return Ok(hand);

@@ -12,8 +12,8 @@ const TRIAL: f64 = 0.5;
 /// The same where there is no limit \[rad or m\].
 const UNLIMITED_TRIAL: f64 = 0.5;
 
-/// The point that fingers close around: on the palm's normal, half as far from the palm as the middle of the fingers
-/// is from it.
+/// Returns the point that fingers close around: on the palm's normal, half as far from the palm as the middle of the
+/// fingers is from it.
 pub(crate) fn focus(palm: &PalmFrame, fingers: &[Point3<f64>]) -> Point3<f64> {
     let count = fingers.len().max(1) as f64;
     let middle: Vector3<f64> = fingers
@@ -24,8 +24,8 @@ pub(crate) fn focus(palm: &PalmFrame, fingers: &[Point3<f64>]) -> Point3<f64> {
     palm.center + palm.normal * (0.5 * middle.norm())
 }
 
-/// For each joint 1 or -1, the direction in which it moves the hand's points towards the focus, or 0 where it does not
-/// clearly do so either way (such as joints that spread fingers).
+/// Returns for each joint 1 or -1, the direction in which it moves the hand's points towards the focus, or 0 where it
+/// does not clearly do so either way (such as joints that spread fingers).
 ///
 /// `positions`: the points for an articulation. A joint is tried half way to each of its limits; what counts is the
 /// sum of changes of distance to the focus over the sum of movements.
@@ -62,7 +62,7 @@ pub(crate) fn directions(
         .collect()
 }
 
-/// How much of the movement from one set of points to another is towards the focus: 1 straight to it, -1 away.
+/// Returns how much of the movement from one set of points to another is towards the focus: 1 straight to it, -1 away.
 pub(crate) fn share_towards(
     before: &[Point3<f64>],
     after: &[Point3<f64>],
@@ -76,8 +76,8 @@ pub(crate) fn share_towards(
     if moved > 1e-9 { nearer / moved } else { 0.0 }
 }
 
-/// For each joint of a hand 1 or -1, the direction in which it closes from the open pose, or 0 where it does not clearly
-/// close either way; `[n]`. What the hand's description says counts before what is found.
+/// Returns for each joint of a hand 1 or -1, the direction in which it closes from the open pose, or 0 where it does
+/// not clearly close either way; `[n]`. What the hand's description says counts before what is found.
 pub fn closing_directions(hand: &dyn Hand) -> Vec<f64> {
     let unlimited = vec![Limit::UNLIMITED; hand.open_articulation().len()];
     let limits = hand.limits().unwrap_or(&unlimited);
@@ -107,8 +107,8 @@ pub fn closing_directions(hand: &dyn Hand) -> Vec<f64> {
     found
 }
 
-/// The hand closed by a share of the way from the open pose to the limits that its joints close towards; joints that
-/// close no way stay open, and an unlimited joint counts as having pi/2 to go. `[n]`.
+/// Returns the hand closed by a share of the way from the open pose to the limits that its joints close towards;
+/// joints that close no way stay open, and an unlimited joint counts as having pi/2 to go. `[n]`.
 pub fn closed_articulation(hand: &dyn Hand, share: f64) -> Vec<f64> {
     let limits = hand.limits();
     let open = hand.open_articulation().iter().enumerate();

@@ -46,12 +46,12 @@ impl<'a> SampledPoses<'a> {
         Self { motion, poses }
     }
 
-    /// Whether two bodies move against each other other than about a joint between them.
+    /// Tells whether two bodies move against each other other than about a joint between them.
     fn can_collide(&self, a: usize, b: usize) -> bool {
         a != b && self.motion.parent(a) != Some(b) && self.motion.parent(b) != Some(a)
     }
 
-    /// The points that spheres of other bodies, parents and children excepted, come near to.
+    /// Returns the points that spheres of other bodies, parents and children excepted, come near to.
     pub(crate) fn reachable_points(
         &self,
         spheres: &[Sphere],
@@ -78,8 +78,8 @@ impl<'a> SampledPoses<'a> {
             .collect()
     }
 
-    /// The pairs of spheres that can come close, nearest first; none of one body, of a body and its parent, or of
-    /// two bodies that overlap, as their inscribed spheres tell, in the open hand or nearly always.
+    /// Returns the pairs of spheres that can come close, nearest first; none of one body, of a body and its parent,
+    /// or of two bodies that overlap, as their inscribed spheres tell, in the open hand or nearly always.
     pub(crate) fn pairs_that_may_meet(&self, spheres: &[Sphere]) -> Vec<[u32; 2]> {
         let mut pairs = self.candidate_pairs(spheres);
         let mut overlaps = BodyPairs::new(self.motion.body_names().len());
@@ -121,7 +121,7 @@ impl<'a> SampledPoses<'a> {
     }
 }
 
-/// The finite bound on the side of the range's middle that `value` is on; `value` itself without one.
+/// Returns the finite bound on the side of the range's middle that `value` is on; `value` itself without one.
 fn nearest_bound(limit: &Limit, value: f64) -> f64 {
     let bound = if value > limit.middle() {
         limit.upper

@@ -28,8 +28,9 @@ pub(crate) struct SurfacePoint {
     pub(crate) normal: Vec3<f64>,
 }
 
-/// Spreads about `options.contact_points` points evenly over the faces and along the sharp edges of what can be touched of
-/// the parts when the bodies have the given poses: points buried inside another part are left out. Sorted by body.
+/// Spreads about `options.contact_points` points evenly over the faces and along the sharp edges of what can be
+/// touched of the parts when the bodies have the given poses: points buried inside another part are left out. Sorted
+/// by body.
 pub(crate) fn spread(
     parts: &[Part],
     solids: &[SignedDistance],

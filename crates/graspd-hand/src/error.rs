@@ -26,7 +26,8 @@ pub enum HandError {
     },
     /// No built-in hand and no file has the name that was given.
     #[error(
-        "{name}: neither a built-in hand ({built_in}) nor an existing file; give one of those names or the path of a .urdf, .pkl or .npz file"
+        "{name}: neither a built-in hand ({built_in}) nor an existing file; give one of those names or the path \
+            of a .urdf, .pkl or .npz file"
     )]
     UnknownHand {
         /// The name.
@@ -35,7 +36,8 @@ pub enum HandError {
         built_in: String,
     },
     /// The file's kind is not one that hands are read from.
-    #[error("{}: not a kind of file that describes a hand; give a .urdf file, or a MANO model (.pkl or .npz)", file.display())]
+    #[error("{}: not a kind of file that describes a hand; give a .urdf file, or a MANO model (.pkl or .npz)",
+        file.display())]
     UnknownFormat {
         /// The file.
         file: PathBuf,
@@ -99,7 +101,8 @@ pub enum HandError {
         link: String,
     },
     /// More than one link without a parent.
-    #[error("has several root links ({}); join them by fixed joints or remove those that do not belong to the hand", roots.join(", "))]
+    #[error("has several root links ({}); join them by fixed joints or remove those that do not belong to the \
+        hand", roots.join(", "))]
     SeveralRoots {
         /// The links without a parent.
         roots: Vec<String>,
@@ -159,7 +162,9 @@ pub enum HandError {
         size: String,
     },
     /// A mesh file that was not found.
-    #[error("link `{link}` needs mesh `{mesh}`, which was not found (looked in {}); put it there, or name the folder that it or its package is in with --package-path (`search_paths` in programs, `package_paths` in the .toml beside the URDF)", looked_in.join(", "))]
+    #[error("link `{link}` needs mesh `{mesh}`, which was not found (looked in {}); put it there, or name the \
+        folder that it or its package is in with --package-path (`search_paths` in programs, `package_paths` in \
+        the .toml beside the URDF)", looked_in.join(", "))]
     MissingMesh {
         /// The link.
         link: String,
@@ -194,7 +199,8 @@ pub enum HandError {
     BadPickle(String),
     /// A class or function that the files of MANO do not name.
     #[error(
-        "names `{name}`, which MANO's files do not: refused, and nothing was run; use the file as downloaded, or save its arrays as .npz"
+        "names `{name}`, which MANO's files do not: refused, and nothing was run; use the file as downloaded, \
+            or save its arrays as .npz"
     )]
     RefusedGlobal {
         /// Module and name.

@@ -156,11 +156,11 @@ pub trait Hand: Kinematics<f32> + Kinematics<f64> + Send + Sync {
     fn contact_points(&self) -> &ContactPoints;
     /// Returns the spheres that must not overlap; none where self-intersection is not looked at.
     fn collision_spheres(&self) -> &CollisionSpheres;
-    /// Returns the triangles that join [`PosedHand::vertices`], `[f]`: closed, outward oriented parts (they may overlap
-    /// each other).
+    /// Returns the triangles that join [`PosedHand::vertices`], `[f]`: closed, outward oriented parts (they may
+    /// overlap each other).
     fn faces(&self) -> &[[u32; 3]];
-    /// Computes the vertices of the surface, the spheres' centres and the bodies' frames in the object frame; `posed` is
-    /// overwritten.
+    /// Computes the vertices of the surface, the spheres' centres and the bodies' frames in the object frame; `posed`
+    /// is overwritten.
     fn pose(&self, pose: &HandPose, posed: &mut PosedHand);
     /// Computes one row of derivatives for each of `forces`; `posed`: what [`Hand::pose`] has made of the pose.
     fn jacobian_rows(
@@ -170,8 +170,8 @@ pub trait Hand: Kinematics<f32> + Kinematics<f64> + Send + Sync {
         forces: &[PointForces],
         rows: &mut JacobianRows,
     );
-    /// Returns B, `[z, n]`, if the columns of [`Hand::jacobian_rows`] are derivatives by coordinates z with z = z_0 + B
-    /// articulation; `None` where z is the articulation itself.
+    /// Returns B, `[z, n]`, if the columns of [`Hand::jacobian_rows`] are derivatives by coordinates z with z = z_0 +
+    /// B articulation; `None` where z is the articulation itself.
     fn jacobian_basis(&self) -> Option<DMatrix<f64>> {
         None
     }

@@ -26,8 +26,8 @@ pub struct PointForces {
 /// The derivatives of several [`PointForces`] by the pose, one row each; filled by
 /// [`Hand::jacobian_rows`](crate::Hand::jacobian_rows).
 ///
-/// Columns are the coordinates z of [`Hand::jacobian_basis`](crate::Hand::jacobian_basis); those not mentioned are 0, and
-/// none is mentioned twice in a row.
+/// Columns are the coordinates z of [`Hand::jacobian_basis`](crate::Hand::jacobian_basis); those not mentioned are 0,
+/// and none is mentioned twice in a row.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct JacobianRows {
     base: Vec<[f64; 6]>,

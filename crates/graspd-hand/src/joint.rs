@@ -51,7 +51,7 @@ pub struct Joint {
     pub mimic: Option<Mimic>,
 }
 
-/// The range of a joint: a continuous one has none, whatever it says.
+/// Returns the range of a joint: a continuous one has none, whatever it says.
 pub(crate) fn limit_of(joint: &Joint) -> Limit {
     match joint.kind {
         JointKind::Continuous => Limit::UNLIMITED,
@@ -187,7 +187,7 @@ pub(crate) fn check_numbers(joint: &Joint) -> Result<(), HandError> {
     Ok(())
 }
 
-/// The joint that joint `index` follows in the end, and the factor and summand that relate the two values.
+/// Returns the joint that joint `index` follows in the end, and the factor and summand that relate the two values.
 pub(crate) fn followed(
     joints: &[Joint],
     index_of: &HashMap<&str, usize>,

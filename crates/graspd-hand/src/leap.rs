@@ -20,11 +20,11 @@ const JOINTS: [[&str; 4]; 4] = [
     ["12", "13", "14", "15"],
 ];
 
-/// A hand like the right LEAP hand: three fingers and a thumb of four joints each.
+/// Returns a hand like the right LEAP hand: three fingers and a thumb of four joints each.
 ///
 /// The base frame stands upright: x out of the palm, z towards the fingers, y towards the index finger. Joints are
-/// named by motor number: 0 to 3 the index finger (side swing, then three bends, of which motor 1 is the first), 4 to 7
-/// the middle finger, 8 to 11 the ring finger, 12 to 15 the thumb. Open: all at 0.
+/// named by motor number: 0 to 3 the index finger (side swing, then three bends, of which motor 1 is the first), 4 to
+/// 7 the middle finger, 8 to 11 the ring finger, 12 to 15 the thumb. Open: all at 0.
 ///
 /// # Errors
 /// [`HandError::BadOption`].
@@ -144,12 +144,12 @@ pub fn leap(options: &HandOptions) -> Result<ArticulatedHand, HandError> {
     ArticulatedHand::new(described("leap", &rows, palm)?, options)
 }
 
-/// A motor that carries the next joint.
+/// Returns a motor that carries the next joint.
 fn motor() -> Shape {
     Shape::Box([0.0075, 0.0, -0.011], [0.034, 0.026, 0.022])
 }
 
-/// The palm in its own frame, which lies on its back: -z is out of the palm, x towards the fingers.
+/// Returns the palm in its own frame, which lies on its back: -z is out of the palm, x towards the fingers.
 fn palm_shapes() -> Vec<Shape> {
     let mut shapes = vec![
         Shape::Box([-0.036, -0.035, -0.0115], [0.038, 0.118, 0.046]),

@@ -18,18 +18,18 @@ impl Limit {
         upper: f64::INFINITY,
     };
 
-    /// Whether `value` is between the bounds, bounds included.
+    /// Tells whether `value` is between the bounds, bounds included.
     pub fn contains(&self, value: f64) -> bool {
         self.lower <= value && value <= self.upper
     }
 
-    /// The allowed value that is nearest to `value`.
+    /// Returns the allowed value that is nearest to `value`.
     pub fn clamp(&self, value: f64) -> f64 {
         // f64::clamp panics where lower > upper; max and min do not.
         value.max(self.lower).min(self.upper)
     }
 
-    /// Middle of the range; with one bound missing the other bound, with both missing 0.
+    /// Returns the middle of the range; with one bound missing the other bound, with both missing 0.
     pub fn middle(&self) -> f64 {
         match (self.lower.is_finite(), self.upper.is_finite()) {
             (true, true) => 0.5 * (self.lower + self.upper),
@@ -39,12 +39,12 @@ impl Limit {
         }
     }
 
-    /// Length of the range; infinite where a bound is missing.
+    /// Returns the length of the range; infinite where a bound is missing.
     pub fn range(&self) -> f64 {
         self.upper - self.lower
     }
 
-    /// A value drawn evenly from the range; an unlimited side counts as half a turn (pi) away from the other
+    /// Draws a value evenly from the range; an unlimited side counts as half a turn (pi) away from the other
     /// bound, or from 0 where both are missing.
     pub fn sample(&self, random: &mut impl Rng) -> f64 {
         let half_turn = std::f64::consts::PI;
@@ -58,7 +58,7 @@ impl Limit {
     }
 }
 
-/// Every value moved into its limits.
+/// Moves every value into its limits.
 ///
 /// # Panics
 /// If the slices' lengths differ.

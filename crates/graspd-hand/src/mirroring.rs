@@ -58,7 +58,7 @@ impl Reflection {
         }
     }
 
-    /// The mesh on the other side, still outward oriented.
+    /// Returns the mesh on the other side, still outward oriented.
     pub(crate) fn mesh(self, mesh: &TriangleMesh) -> TriangleMesh {
         let reflected = |p: &Point3<f64>| Point3::from(self.vector((*p).into()));
         TriangleMesh {
@@ -82,7 +82,7 @@ impl Reflection {
         }
     }
 
-    /// The pose on the other side, its articulation in the vector given.
+    /// Returns the pose on the other side, its articulation in the vector given.
     fn pose_in(self, pose: &HandPose, mut articulation: Vec<f64>) -> HandPose {
         articulation.clear();
         articulation.extend_from_slice(&pose.articulation);
@@ -94,7 +94,7 @@ impl Reflection {
     }
 }
 
-/// What a mirrored hand is called: left for right and the other way round, or with `_mirrored` added.
+/// Returns what a mirrored hand is called: left for right and the other way round, or with `_mirrored` added.
 pub(crate) fn mirrored_name(name: &str) -> String {
     const PAIRS: [(&str, &str); 3] = [("right", "left"), ("Right", "Left"), ("RIGHT", "LEFT")];
     for (right, left) in PAIRS {
@@ -123,7 +123,7 @@ pub struct MirroredHand {
 }
 
 impl MirroredHand {
-    /// The mirror image of `original`.
+    /// Makes the mirror image of `original`.
     pub fn new(original: Box<dyn Hand>) -> Self {
         let reflection = Reflection::across(original.palm());
         Self {

@@ -19,7 +19,7 @@ const OPENING_SHARE: f64 = 0.3;
 /// Vertices of a part that stand for it where directions are all that counts.
 const VERTICES_PER_PART: usize = 24;
 
-/// The open hand and the palm, from the kinematics alone; says in `notes` what had to be guessed.
+/// Returns the open hand and the palm, from the kinematics alone; says in `notes` what had to be guessed.
 ///
 /// Descriptions of hands have 0 where fingers are straight, so every joint starts at 0. Two kinds of joint do not stay
 /// there: one at whose rest the hand is closed (it is at a limit, and going to the other leads away from what
@@ -69,7 +69,7 @@ pub(crate) fn open_and_palm(
     (open, palm)
 }
 
-/// A few vertices of each part, with their bodies.
+/// Returns a few vertices of each part, with their bodies.
 fn samples(parts: &[Part]) -> Vec<(usize, Point3<f64>)> {
     let few = |part: &Part| {
         let vertices = &part.mesh.vertices;
@@ -103,14 +103,14 @@ struct Finger {
     closing: Vector3<f64>,
 }
 
-/// The palm that fingers close towards, in the frame of the base; says in `notes` what had to be guessed.
+/// Returns the palm that fingers close towards, in the frame of the base; says in `notes` what had to be guessed.
 ///
 /// * The normal is the direction in which the finger tips move, on average, when all joints go from the open hand to
 ///   the middle of their ranges, leaving out each finger's movement along its own outstretched direction.
 /// * A single finger, or fingers that close against each other so that their movements cancel, have no such side: the
 ///   normal is then the fingers' mean direction, and their "finger direction" the one in which they close.
-/// * The finger direction is otherwise that of the finger most like all others (so a thumb has no say), made orthogonal to the
-///   normal.
+/// * The finger direction is otherwise that of the finger most like all others (so a thumb has no say), made
+///   orthogonal to the normal.
 /// * Both are turned to the nearest axis of the base where that is within 15 degrees.
 /// * The center is where the ray along the normal from the middle of the base's surface leaves the base.
 pub(crate) fn palm_frame(
@@ -164,7 +164,7 @@ pub(crate) fn palm_frame(
     }
 }
 
-/// The palm of a gripper: it faces where the fingers point, and they close along its `fingers`.
+/// Returns the palm of a gripper: it faces where the fingers point, and they close along its `fingers`.
 fn pinching_palm(parts: &[Part], fingers: &[Finger]) -> Option<PalmFrame> {
     let along: Vector3<f64> = fingers.iter().map(|finger| finger.direction).sum();
     let normal = aligned(along.try_normalize(MIN_MOVEMENT)?);
@@ -179,7 +179,7 @@ fn pinching_palm(parts: &[Part], fingers: &[Finger]) -> Option<PalmFrame> {
     })
 }
 
-/// The axis of the base that a unit vector is nearest to, if it is near.
+/// Returns the axis of the base that a unit vector is nearest to, if it is near.
 fn aligned(direction: Vector3<f64>) -> Vector3<f64> {
     let axis = direction.iamax();
     if direction[axis].abs() < ALIGNED_COSINE {
@@ -215,7 +215,7 @@ fn fingers(tree: &KinematicTree, parts: &[Part], open: &[f64]) -> Vec<Finger> {
         .collect()
 }
 
-/// The vertex of a body's parts that is farthest from the body's joint; the joint itself without parts.
+/// Returns the vertex of a body's parts that is farthest from the body's joint; the joint itself without parts.
 fn tip_of(parts: &[Part], body: usize) -> Point3<f64> {
     let own = parts.iter().filter(|part| part.body == body);
     own.flat_map(|part| &part.mesh.vertices)
@@ -224,7 +224,7 @@ fn tip_of(parts: &[Part], body: usize) -> Point3<f64> {
         .unwrap_or_default()
 }
 
-/// Where the ray along `normal` from the area centroid of the base's parts leaves the last of them.
+/// Returns where the ray along `normal` from the area centroid of the base's parts leaves the last of them.
 fn palm_center(parts: &[Part], normal: Vector3<f64>) -> Point3<f64> {
     let base = || parts.iter().filter(|part| part.body == 0);
     let (mut area, mut moment) = (0.0, Vector3::zeros());

@@ -71,7 +71,7 @@ pub(crate) struct LinkRow {
     pub(crate) shapes: Vec<Shape>,
 }
 
-/// A hand of such links, open with all joints at 0 or as near as they can get.
+/// Returns a hand of such links, open with all joints at 0 or as near as they can get.
 pub(crate) fn described(
     name: &str,
     rows: &[LinkRow],

@@ -61,8 +61,8 @@ impl fmt::Debug for HandState {
 /// [`Kinematics::pullback`](crate::Kinematics::pullback). Made by [`Hand::new_scratch`](crate::Hand::new_scratch).
 #[derive(Debug, Default)]
 pub struct HandScratch {
-    /// What the last forward pass rounded off the coordinates of the contact points \[m\], `[n]`: with it they are exact
-    /// to some 1e-10 m.
+    /// What the last forward pass rounded off the coordinates of the contact points \[m\], `[n]`: with it they are
+    /// exact to some 1e-10 m.
     pub contact_remainder: PointBuffer<f32>,
     /// What else the hand keeps.
     pub state: HandState,
@@ -75,8 +75,8 @@ pub struct PosedHand {
     pub vertices: Vec<Point3<f64>>,
     /// The centres of the collision spheres \[m\], `[s]`.
     pub spheres: Vec<Point3<f64>>,
-    /// The frames of the bodies, in the order of [`Hand::body_names`](crate::Hand::body_names); empty where bodies have
-    /// none.
+    /// The frames of the bodies, in the order of [`Hand::body_names`](crate::Hand::body_names); empty where bodies
+    /// have none.
     pub bodies: Vec<Rigid<f64>>,
     /// What the hand keeps for [`Hand::jacobian_rows`](crate::Hand::jacobian_rows).
     pub state: HandState,

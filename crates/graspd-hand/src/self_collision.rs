@@ -15,8 +15,8 @@ const MIN_RADIUS: f64 = 2e-3;
 const CANDIDATES_PER_SIDE: f64 = 8.0;
 /// Attempts to move a candidate center towards the medial axis.
 const CLIMBING_STEPS: usize = 8;
-/// How far spheres may stand out of their parts, in their radii and at most \[m\]: inscribed ones alone leave edges and
-/// corners uncovered, with which fingers would dig into each other unseen.
+/// How far spheres may stand out of their parts, in their radii and at most \[m\]: inscribed ones alone leave edges
+/// and corners uncovered, with which fingers would dig into each other unseen.
 const PROTRUSIONS: [f64; 4] = [0.0, 0.07, 0.14, 0.21];
 const MAX_PROTRUSION: f64 = 2e-3;
 /// What counts as the gap between a surface point and the spheres of a body that has none yet \[m\].
@@ -37,11 +37,13 @@ pub(crate) struct Sphere {
     pub(crate) inscribed: f64,
 }
 
-/// Spheres that stand for the parts, and the pairs of them that must not overlap; the open hand has no overlap.
+/// Fits spheres that stand for the parts, and chooses the pairs of them that must not overlap; the open hand has no
+/// overlap.
 ///
 /// Spheres are added one by one, each time the one that takes most off the sum of squared distances between surface
-/// points and the union of the spheres of their bodies, whether they lie outside it or within. A first round looks at the whole surface; the final one only at those points that
-/// other bodies, as the first round's spheres, can come near to. `open_poses`: the bodies' poses in the open hand.
+/// points and the union of the spheres of their bodies, whether they lie outside it or within. A first round looks at
+/// the whole surface; the final one only at those points that other bodies, as the first round's spheres, can come
+/// near to. `open_poses`: the bodies' poses in the open hand.
 pub(crate) fn fit(
     parts: &[Part],
     motion: &dyn BodyMotion,
@@ -91,7 +93,7 @@ fn part_in_open_hand(spheres: &mut [Sphere], pairs: &[[u32; 2]], open_poses: &[R
     }
 }
 
-/// Up to `count` of the candidates, the most useful first.
+/// Chooses up to `count` of the candidates, the most useful first.
 fn most_useful(
     candidates: &[Sphere],
     surface: &[SurfacePoint],
@@ -167,13 +169,13 @@ impl BodyFit {
     }
 }
 
-/// How far a point is out of a sphere; negative inside.
+/// Returns how far a point is out of a sphere; negative inside.
 fn gap_to(sphere: &Sphere, point: Vec3<f64>) -> f64 {
     (point - sphere.center).norm() - sphere.radius
 }
 
-/// Spheres inside a part that touch its surface, about a grid of centers that climb towards the medial axis, and the same
-/// standing out a little.
+/// Returns spheres inside a part that touch its surface, about a grid of centers that climb towards the medial axis,
+/// and the same standing out a little.
 fn inscribed(solid: &SignedDistance, body: usize) -> Vec<Sphere> {
     let (low, high) = solid.bounds();
     let (center, size) = (nalgebra::center(&low, &high), high - low);

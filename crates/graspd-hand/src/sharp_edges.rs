@@ -23,7 +23,7 @@ impl SharpEdge {
     }
 }
 
-/// The sharp_edges of a closed, outward-oriented mesh, in the order of its faces.
+/// Returns the sharp edges of a closed, outward-oriented mesh, in the order of its faces.
 pub(crate) fn sharp_edges(mesh: &TriangleMesh) -> Vec<SharpEdge> {
     // The face on whose boundary each directed edge lies; vertices at one position count as one.
     let mut ids = HashMap::new();
@@ -85,7 +85,7 @@ fn sides(corners: &[u32; 3]) -> [(usize, usize); 3] {
     [(a, b), (b, c), (c, a)]
 }
 
-/// Points along the sharp_edges, `spacing` \[m\] apart on the whole, with the sharp_edges' normals.
+/// Returns points along sharp edges, `spacing` \[m\] apart on the whole, with the edges' normals.
 pub(crate) fn points_along(
     sharp_edges: &[SharpEdge],
     spacing: f64,

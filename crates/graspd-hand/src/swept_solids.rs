@@ -5,7 +5,7 @@ use std::f64::consts::{PI, TAU};
 use graspd_geom::TriangleMesh;
 use nalgebra::Point3;
 
-/// The convex polygon `outline`, given as (u, v) in counter-clockwise order seen against w, extruded from
+/// Extrudes the convex polygon `outline`, given as (u, v) in counter-clockwise order seen against w, from
 /// w = `low` to w = `high`. `place` turns (u, v, w) into a point and must keep the handedness.
 pub(crate) fn extruded(
     outline: &[[f64; 2]],
@@ -32,7 +32,7 @@ pub(crate) fn extruded(
     TriangleMesh { vertices, faces }
 }
 
-/// A rectangle with rounded corners, counter-clockwise, as an outline for [`extruded`].
+/// Returns a rectangle with rounded corners, counter-clockwise, as an outline for [`extruded`].
 ///
 /// `radii`: of the corners (high u, high v), (low u, high v), (low u, low v), (high u, low v).
 pub(crate) fn rounded_rectangle(
@@ -68,8 +68,8 @@ pub(crate) fn rounded_rectangle(
     outline
 }
 
-/// The solid that `profile`, points (radius, height) from the lower to the upper end, sweeps around the z axis.
-/// The first and the last radius must be 0, all others positive.
+/// Makes the solid that `profile`, points (radius, height) from the lower to the upper end, sweeps around the z
+/// axis. The first and the last radius must be 0, all others positive.
 pub(crate) fn revolved(profile: &[[f64; 2]], segments: u32) -> TriangleMesh {
     let rings = profile.len() as u32 - 2;
     let mut vertices = vec![Point3::new(0.0, 0.0, profile[0][1])];
@@ -99,7 +99,7 @@ mod tests {
     use super::*;
     use std::collections::HashMap;
 
-    /// Volume by the divergence theorem; positive only if the faces point outwards.
+    /// Computes the volume by the divergence theorem; positive only if the faces point outwards.
     fn volume(mesh: &TriangleMesh) -> f64 {
         (0..mesh.faces.len())
             .map(|face| mesh.corners(face)[0].coords.dot(&mesh.area_vector(face)) / 6.0)

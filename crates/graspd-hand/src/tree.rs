@@ -38,7 +38,8 @@ struct Body {
     follows: bool,
 }
 
-/// How a body moves for a small change of the parameter of its joint: x -> x + turn x x + shift, in the frame of the poses.
+/// How a body moves for a small change of the parameter of its joint: x -> x + turn x x + shift, in the frame of the
+/// poses.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Screw {
     pub(crate) parent: usize,
@@ -62,7 +63,7 @@ pub struct KinematicTree {
 }
 
 impl KinematicTree {
-    /// The tree that joints make of links; both in any order.
+    /// Makes the tree that joints make of links; both in any order.
     ///
     /// The articulation parameters are the movable joints that mimic none, in the order of `joints`. A parameter's
     /// limits are narrowed by those of the joints that follow it.
@@ -136,32 +137,32 @@ impl KinematicTree {
         Ok(tree)
     }
 
-    /// How many bodies there are, the base included.
+    /// Counts the bodies, the base included.
     pub fn body_count(&self) -> usize {
         self.body_names.len()
     }
-    /// Name of each body: that of its link nearest to the root.
+    /// Names each body: that of its link nearest to the root.
     pub fn body_names(&self) -> &[String] {
         &self.body_names
     }
-    /// Every link, parents first, and where it is in its body.
+    /// Returns every link, parents first, and where it is in its body.
     pub fn links(&self) -> &[LinkFrame] {
         &self.links
     }
-    /// Names of the articulation parameters, `[n]`.
+    /// Names the articulation parameters, `[n]`.
     pub fn articulation_names(&self) -> &[String] {
         &self.articulation_names
     }
-    /// Limits of the articulation parameters, `[n]`.
+    /// Returns the limits of the articulation parameters, `[n]`.
     pub fn limits(&self) -> &[Limit] {
         &self.limits
     }
-    /// The body that `body` hangs on; `None` for the base.
+    /// Returns the body that `body` hangs on; `None` for the base.
     pub fn parent(&self, body: usize) -> Option<usize> {
         Some(self.bodies.get(body.checked_sub(1)?)?.parent)
     }
 
-    /// Pose of every body in the frame that `base` maps to, over any scalar.
+    /// Computes the pose of every body in the frame that `base` maps to, over any scalar.
     ///
     /// pose(b) = pose(parent) . origin . motion, where the motion is a turn about the axis or a shift along it.
     ///
@@ -198,7 +199,7 @@ impl KinematicTree {
         poses
     }
 
-    /// The transposed Jacobian of [`KinematicTree::forward`]: what forces on the bodies say about the pose.
+    /// Applies the transposed Jacobian of [`KinematicTree::forward`]: what forces on the bodies say about the pose.
     ///
     /// `forces[b]` and `torques[b]`: sums over the body's points p of g and (p - origin of b) x g, where g is the
     /// derivative of a scalar with respect to p. From the leaves to the root each body hands its sums to its
@@ -229,7 +230,7 @@ impl KinematicTree {
         gradient.rotation = torques[0];
     }
 
-    /// The screws of all joints for the bodies' poses, parents first: that of body b is number b - 1.
+    /// Returns the screws of all joints for the bodies' poses, parents first: that of body b is number b - 1.
     pub(crate) fn screws(&self, poses: &[Rigid<f64>]) -> Vec<Screw> {
         let screw = |(index, body): (usize, &Body)| {
             let pose = &poses[index + 1];
@@ -249,7 +250,7 @@ impl KinematicTree {
         self.bodies.iter().enumerate().map(screw).collect()
     }
 
-    /// The tree on the other side of a mirror: the same values of the joints give the mirror image.
+    /// Returns the tree on the other side of a mirror: the same values of the joints give the mirror image.
     pub(crate) fn mirrored(&self, reflection: Reflection) -> Self {
         let mut tree = self.clone();
         for body in &mut tree.bodies {
@@ -267,7 +268,7 @@ impl KinematicTree {
         tree
     }
 
-    /// The joints that follow others, one phrase each.
+    /// Returns the joints that follow others, one phrase each.
     pub(crate) fn coupled_joints(&self) -> Vec<String> {
         let following = self.bodies.iter().zip(&self.body_names[1..]);
         following

@@ -10,7 +10,10 @@ use proptest::prelude::*;
 use rand::SeedableRng;
 use std::sync::LazyLock;
 
-const MAKERS_ALLEGRO: &str = "data/hands/simlab_allegro_hand_ros/allegro_hand_description/allegro_hand_description_right.urdf";
+const MAKERS_ALLEGRO: &str = concat!(
+    "data/hands/simlab_allegro_hand_ros/",
+    "allegro_hand_description/allegro_hand_description_right.urdf"
+);
 const ALLEGRO: &str = "data/hands/allegro_hand/allegro_hand_right.urdf";
 const LEAP: &str = "data/hands/leap_hand/leap_hand_right.urdf";
 const BARRETT: &str = "data/hands/barrett_hand/bhand_model.urdf";
@@ -251,8 +254,8 @@ fn contact_points_lie_on_the_outer_surface() {
     }
 }
 
-/// What counts as a deep self-intersection \[m\], and the share of these that spheres, which leave some of the edges and
-/// corners uncovered, must notice.
+/// What counts as a deep self-intersection \[m\], and the share of these that spheres, which leave some of the edges
+/// and corners uncovered, must notice.
 const DEEP: f64 = 3e-3;
 const NOTICED: f64 = 0.95;
 /// Spheres stand out of the links by 2 mm each at most \[m\].

@@ -29,7 +29,8 @@ fn every_kind_of_joint_moves_as_it_should() {
             "follow",
             "revolute",
             ["e", "f"],
-            r#"<origin xyz="0 0 0.2"/><axis xyz="0 1 0"/><limit lower="-1" upper="1"/><mimic joint="bend" multiplier="-2" offset="0.5"/>"#,
+            r#"<origin xyz="0 0 0.2"/><axis xyz="0 1 0"/><limit lower="-1" upper="1"/>
+                <mimic joint="bend" multiplier="-2" offset="0.5"/>"#,
         ),
     ];
     let hand = load_text(&robot("abcdef", &joints.concat())).unwrap();
@@ -121,7 +122,9 @@ fn meshes_are_found_scaled_mended_and_replaced() {
     save_obj(&open, meshes.join("open.obj")).unwrap();
     let mesh = |tag: &str, file: &str| {
         format!(
-            r#"<{tag}><geometry><mesh filename="package://toy_description/meshes/{file}" scale="0.001 -0.001 0.002"/></geometry></{tag}>"#
+            r#"<{tag}><geometry>
+                <mesh filename="package://toy_description/meshes/{file}" scale="0.001 -0.001 0.002"/>
+                </geometry></{tag}>"#
         )
     };
     let link = |name: &str, geometry: &str| format!(r#"<link name="{name}">{geometry}</link>"#);

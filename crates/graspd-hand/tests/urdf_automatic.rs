@@ -29,7 +29,8 @@ fn parallel_jaws(lower: f64, upper: f64) -> String {
         ),
     );
     format!(
-        r#"<robot name="jaws"><link name="base">{base}</link><link name="left">{plate}</link><link name="right">{plate}</link>{left}{right}</robot>"#
+        r#"<robot name="jaws"><link name="base">{base}</link><link name="left">{plate}</link>
+            <link name="right">{plate}</link>{left}{right}</robot>"#
     )
 }
 
@@ -61,7 +62,8 @@ fn a_gripper_with_one_moving_jaw_works() {
         r#"<origin xyz="0 0.02 0.02"/><axis xyz="1 0 0"/><limit lower="-0.8" upper="0.1"/>"#,
     );
     let text = format!(
-        r#"<robot name="jaw"><link name="base"><collision><origin xyz="0 -0.02 0.05"/><geometry><box size="0.02 0.01 0.1"/></geometry></collision></link><link name="jaw">{arm}</link>{swing}</robot>"#
+        r#"<robot name="jaw"><link name="base"><collision><origin xyz="0 -0.02 0.05"/><geometry>
+            <box size="0.02 0.01 0.1"/></geometry></collision></link><link name="jaw">{arm}</link>{swing}</robot>"#
     );
     let hand = load_text(&text).unwrap();
     assert_eq!(hand.articulation_names(), ["swing"]);
@@ -200,10 +202,12 @@ fn collada_and_ply_meshes_are_parts_and_empty_ones_are_named() {
     let corners = numbers(cube.faces.iter().flatten().map(u32::to_string).collect());
     let collada = |faces: &str| {
         format!(
-            r##"<COLLADA><asset><unit meter="0.001"/><up_axis>Z_UP</up_axis></asset><library_geometries><geometry id="g"><mesh>
+            r##"<COLLADA><asset><unit meter="0.001"/><up_axis>Z_UP</up_axis></asset><library_geometries>
+                <geometry id="g"><mesh>
             <source id="p"><float_array>{positions}</float_array></source>
             <vertices id="v"><input semantic="POSITION" source="#p"/></vertices>
-            <triangles><input semantic="VERTEX" source="#v" offset="0"/><p>{faces}</p></triangles></mesh></geometry></library_geometries></COLLADA>"##
+            <triangles><input semantic="VERTEX" source="#v" offset="0"/><p>{faces}</p></triangles></mesh>
+                </geometry></library_geometries></COLLADA>"##
         )
     };
     std::fs::write(folder.path().join("cube.dae"), collada(&corners)).unwrap();

@@ -13,7 +13,7 @@ use crate::articulated::{HandDescription, HandOptions};
 
 use crate::{ArticulatedHand, HandError, Joint, JointKind, KinematicTree, Limit, PalmFrame, Part};
 
-/// The right Allegro hand.
+/// Returns the right Allegro hand.
 ///
 /// The base frame is that of the maker's `base_link`: x out of the palm, z towards the fingers, y towards the
 /// index finger and the thumb. `joint_0.0` ... `joint_3.0` move the index finger (abduction, then three bends),

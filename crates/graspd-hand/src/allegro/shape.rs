@@ -20,7 +20,8 @@ const TIP_BASE: f64 = 0.011;
 /// Segments of a rounded corner, and a quarter of those around a tip.
 const CORNER_SEGMENTS: usize = 6;
 
-/// The palm as three convex plates: the knuckles, the heel below them beside the thumb, and the mounting flange.
+/// Returns the palm as three convex plates: the knuckles, the heel below them beside the thumb, and the mounting
+/// flange.
 pub(super) fn base_meshes() -> [TriangleMesh; 3] {
     let plate = |outline: &[[f64; 2]]| {
         // Outlines are in (y, z), extruded along x.
@@ -59,7 +60,7 @@ pub(super) fn base_meshes() -> [TriangleMesh; 3] {
     ]
 }
 
-/// The parts of `link_<joint>.0`, with the finger tip where there is one.
+/// Returns the parts of `link_<joint>.0`, with the finger tip where there is one.
 pub(super) fn link_meshes(joint: usize) -> Vec<TriangleMesh> {
     // A finger link is its outline in the bending plane (x forwards, z along the finger), rounded where it turns
     // in its neighbour: radii of the corners front top, front bottom, back bottom, back top in mm.
@@ -87,7 +88,7 @@ pub(super) fn link_meshes(joint: usize) -> Vec<TriangleMesh> {
     }
 }
 
-/// A cylinder with a hemisphere on it, whose center is at `height`.
+/// Returns a cylinder with a hemisphere on it, whose center is at `height`.
 fn tip(height: f64) -> TriangleMesh {
     let mut profile = vec![[0.0, height - TIP_BASE], [TIP_RADIUS, height - TIP_BASE]];
     for step in 0..CORNER_SEGMENTS {
@@ -98,7 +99,7 @@ fn tip(height: f64) -> TriangleMesh {
     revolved(&profile, 4 * CORNER_SEGMENTS as u32)
 }
 
-/// The thumb's base: the block that turns about x, its axle, and the column that carries the next joint.
+/// Returns the thumb's base: the block that turns about x, its axle, and the column that carries the next joint.
 fn thumb_base_meshes() -> Vec<TriangleMesh> {
     let block = |y: [f64; 2], z: [f64; 2], x: [f64; 2], radii_mm: [f64; 4]| {
         let outline = rounded_rectangle(y, z, radii_mm.map(|r| 1e-3 * r), CORNER_SEGMENTS);

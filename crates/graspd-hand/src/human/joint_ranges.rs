@@ -5,8 +5,8 @@
 //! joints of the hand", Journal of Hand Surgery 15A, 1990 (active flexion of about 100, 105 and 85 degrees at the
 //! three joints of a finger, 56 and 73 degrees at the last two of the thumb), and the American Academy of Orthopaedic
 //! Surgeons' "Joint Motion" (about 20 degrees of ab- and adduction of the fingers; 70 degrees of palmar abduction of
-//! the thumb, of which the rest pose has about 15 already), rounded to 5 degrees and kept a little inside the extremes.
-//! The relaxed posture and the turn of the thumb about its own bone are by eye.
+//! the thumb, of which the rest pose has about 15 already), rounded to 5 degrees and kept a little inside the
+//! extremes. The relaxed posture and the turn of the thumb about its own bone are by eye.
 
 use nalgebra::Vector3;
 
@@ -61,7 +61,7 @@ fn angles(ray: usize, joint: usize) -> [[f64; 4]; 3] {
     }
 }
 
-/// The axes of flexion, sideways movement and twist of a joint.
+/// Returns the axes of flexion, sideways movement and twist of a joint.
 fn axes(ray: usize, joint: usize, chain: &Chain) -> [Vector3<f64>; 3] {
     let (along, pad) = (chain.along[joint], chain.pads[joint]);
     if (ray, joint) == (THUMB, 0) {
@@ -72,7 +72,8 @@ fn axes(ray: usize, joint: usize, chain: &Chain) -> [Vector3<f64>; 3] {
     [chain.flexion_axes[joint], pad, along]
 }
 
-/// What each of the 45 pose values is replaced by: three freedoms for each joint but the wrist, in MANO's order.
+/// Returns what each of the 45 pose values is replaced by: three freedoms for each joint but the wrist, in MANO's
+/// order.
 pub(crate) fn freedoms() -> Vec<Freedom> {
     let mut freedoms = Vec::with_capacity(POSE_VALUES);
     for (ray, chain) in chains().iter().enumerate() {
@@ -99,7 +100,7 @@ pub(crate) fn freedoms() -> Vec<Freedom> {
     freedoms
 }
 
-/// The rotation vectors of a pose given by the angles of all freedoms \[rad\].
+/// Returns the rotation vectors of a pose given by the angles of all freedoms \[rad\].
 pub(crate) fn pose_of_angles(freedoms: &[Freedom], angles: &[f64]) -> [f64; POSE_VALUES] {
     let mut pose = [0.0; POSE_VALUES];
     for (index, (freedom, angle)) in freedoms.iter().zip(angles).enumerate() {

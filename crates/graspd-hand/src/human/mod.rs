@@ -29,7 +29,7 @@ pub enum HumanPoseSpace {
     Synergies,
 }
 
-/// A human right hand made by code from published measures: an average adult hand of about 188 mm, open to
+/// Makes a human right hand by code from published measures: an average adult hand of about 188 mm, open to
 /// use without a licence.
 ///
 /// In MANO's layout: 778 vertices, 16 joints in MANO's order, ten shape parameters ([`HUMAN_SHAPE_NAMES`]), 45 pose
@@ -73,7 +73,7 @@ pub fn human_model(space: HumanPoseSpace) -> SkinnedModel {
     }
 }
 
-/// The built-in human hand: a [`human_model`] in joint angles.
+/// Returns the built-in human hand: a [`human_model`] in joint angles.
 ///
 /// # Errors
 /// [`HandError::BadOption`] for options that the model cannot follow.
@@ -118,7 +118,7 @@ mod tests {
         }
     }
 
-    /// The pose in which flexion angles named by their ends have the given values in degrees.
+    /// Returns the pose in which flexion angles named by their ends have the given values in degrees.
     fn flexed(model: &SkinnedModel, wanted: &[(&str, f64)]) -> [f64; POSE_VALUES] {
         let mut pose = [0.0; POSE_VALUES];
         let names = model.component_names.as_ref().unwrap();

@@ -147,18 +147,18 @@ impl Chain {
             flexion_axes: std::array::from_fn(|bone| along[bone].cross(&pads[bone])),
         }
     }
-    /// The tip of the skin.
+    /// Returns the tip of the skin.
     pub(crate) fn tip(&self, ray: &Ray) -> Point3<f64> {
         self.joints[3] + self.along[2] * ray.tip_tissue
     }
 }
 
-/// All rays laid out, in the order of [`RAYS`].
+/// Lays all rays out, in the order of [`RAYS`].
 pub(crate) fn chains() -> [Chain; 5] {
     RAYS.each_ref().map(Chain::new)
 }
 
-/// The joints of the rest pose in MANO's order \[m\].
+/// Returns the joints of the rest pose in MANO's order \[m\].
 pub(crate) fn joints() -> [Point3<f64>; 16] {
     let mut joints = [Point3::origin(); 16];
     for (ray, chain) in RAYS.iter().zip(chains()) {

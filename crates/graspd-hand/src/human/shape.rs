@@ -30,8 +30,8 @@ pub const HUMAN_SHAPE_NAMES: [&str; 10] = [
     "length of the last bones against the first ones, 5 %",
 ];
 
-/// The strain of each bone for one parameter: a small symmetric matrix E, so that a point p of a bone whose joint is
-/// at J and moves by t goes to p + t + E (p - J).
+/// Returns the strain of each bone for one parameter: a small symmetric matrix E, so that a point p of a bone whose
+/// joint is at J and moves by t goes to p + t + E (p - J).
 fn strains(parameter: usize) -> [Matrix3<f64>; SKINNED_JOINTS] {
     let mut strains = [Matrix3::zeros(); SKINNED_JOINTS];
     let axis_strain = |axis: Vector3<f64>, size: f64| axis * axis.transpose() * size;

@@ -12,7 +12,7 @@ pub(crate) const UNIT: f64 = 1e-5;
 /// x, y, z of each vertex as i16 in [`UNIT`]s, then the corners of each face as u16; little-endian.
 static SKIN: &[u8] = include_bytes!("skin.bin");
 
-/// The skin \[m\]: closed, with faces that point outwards.
+/// Returns the skin \[m\]: closed, with faces that point outwards.
 pub(crate) fn skin() -> TriangleMesh {
     let (vertices, faces) = SKIN.split_at(6 * SKIN_VERTICES);
     let triples = |bytes: &'static [u8]| {
@@ -28,7 +28,7 @@ pub(crate) fn skin() -> TriangleMesh {
     }
 }
 
-/// The bytes of a skin in millimetres.
+/// Returns the bytes of a skin in millimetres.
 #[cfg(test)]
 pub(crate) fn encoded(skin_mm: &TriangleMesh) -> Vec<u8> {
     let vertices = skin_mm.vertices.iter().flat_map(|p| {
@@ -78,7 +78,7 @@ mod tests {
         }
     }
 
-    /// Whether the segment from `p` to `q` passes through the triangle.
+    /// Tells whether the segment from `p` to `q` passes through the triangle.
     fn pierces(p: Point3<f64>, q: Point3<f64>, [a, b, c]: [Point3<f64>; 3]) -> bool {
         let volume = |a: Point3<f64>, b: Point3<f64>, c: Point3<f64>, d: Point3<f64>| {
             (b - a).cross(&(c - a)).dot(&(d - a)) > 0.0
@@ -169,8 +169,8 @@ mod tests {
                 area += facing.norm();
             }
         }
-        // Outlines of palm and fingers are 0.7 % (women) to 0.8 % (men) of the body's surface (Rossiter, Chapman and Haywood,
-        // Burns 22, 1996): 120 to 150 cm^2 of 1.7 and 1.9 m^2.
+        // Outlines of palm and fingers are 0.7 % (women) to 0.8 % (men) of the body's surface (Rossiter, Chapman and
+        // Haywood, Burns 22, 1996): 120 to 150 cm^2 of 1.7 and 1.9 m^2.
         assert!((135e-4..155e-4).contains(&outline), "{outline}");
         assert!((180e-4..200e-4).contains(&area), "{area}");
     }

@@ -23,7 +23,7 @@ const MIN_WEIGHT: f64 = 0.01;
 /// Rounds of averaging with the neighbours.
 const SMOOTHING_ROUNDS: usize = 1;
 
-/// The weights of every vertex of the skin \[m\]; rows are non-negative and sum to 1.
+/// Returns the weights of every vertex of the skin \[m\]; rows are non-negative and sum to 1.
 pub(crate) fn skin_weights(skin: &TriangleMesh) -> Vec<[f64; SKINNED_JOINTS]> {
     let chains = chains();
     let mut weights: Vec<_> = (skin.vertices.iter())
@@ -57,7 +57,7 @@ fn distance_to_chain(p: &Point3<f64>, ray: usize, chain: &Chain) -> f64 {
         .fold(f64::INFINITY, f64::min)
 }
 
-/// How far the skin at `p` has passed each of a ray's joints, from 0 to 1.
+/// Returns how far the skin at `p` has passed each of a ray's joints, from 0 to 1.
 fn passed(p: &Point3<f64>, ray: usize, chain: &Chain) -> [f64; 3] {
     std::array::from_fn(|joint| {
         let from = p - chain.joints[joint];

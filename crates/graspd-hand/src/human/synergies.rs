@@ -86,7 +86,7 @@ pub(crate) fn joint_basis() -> PoseBasis {
     basis
 }
 
-/// The principal components of natural postures, those of the greatest variance first.
+/// Returns the principal components of natural postures, those of the greatest variance first.
 pub(crate) fn synergy_basis() -> PoseBasis {
     let freedoms = freedoms();
     let (mean, open) = postures(&freedoms);
@@ -125,7 +125,7 @@ pub(crate) fn synergy_basis() -> PoseBasis {
     basis
 }
 
-/// The relaxed and the open hand as rotation vectors.
+/// Returns the relaxed and the open hand as rotation vectors.
 fn postures(freedoms: &[Freedom]) -> ([f64; POSE_VALUES], [f64; POSE_VALUES]) {
     let relaxed: Vec<f64> = freedoms.iter().map(|f| f.relaxed).collect();
     let open: Vec<f64> = freedoms.iter().map(|f| f.open).collect();

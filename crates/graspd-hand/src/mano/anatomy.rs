@@ -21,7 +21,8 @@ const THUMB_BASE_TWIST: [f64; 2] = [-20.0, 20.0];
 const THUMB_KNUCKLE_FLEXION: [f64; 2] = [-10.0, 60.0];
 const THUMB_END_FLEXION: [f64; 2] = [-10.0, 80.0];
 
-/// Gives a model components that each turn one joint about one anatomical axis, so that coefficients are angles \[rad\].
+/// Gives a model components that each turn one joint about one anatomical axis, so that coefficients are angles
+/// \[rad\].
 ///
 /// * Index to pinky: the knuckle bends and spreads, the two outer joints bend; all bend about the axis that takes the
 ///   finger towards the palm. Ranges count from the straight finger, whatever the template's pose is.
@@ -53,7 +54,8 @@ struct Space {
 }
 
 impl Space {
-    /// A hinge with a range in degrees, whose angle in the template is `rest` \[rad\] and in the open hand `open`.
+    /// Adds a hinge with a range in degrees, whose angle in the template is `rest` \[rad\] and in the open hand
+    /// `open`.
     fn add(
         &mut self,
         name: String,
@@ -81,7 +83,7 @@ fn bone(fingers: &Fingers, joint: usize) -> Vector3<f64> {
     bone.try_normalize(0.0).unwrap_or(fingers.forward)
 }
 
-/// The axis about which a positive angle moves a bone along `direction` towards `side`.
+/// Returns the axis about which a positive angle moves a bone along `direction` towards `side`.
 fn axis_towards(direction: Vector3<f64>, side: Vector3<f64>) -> Vector3<f64> {
     let axis = direction.cross(&side);
     axis.try_normalize(1e-9).unwrap_or_else(|| {

@@ -30,7 +30,7 @@ impl<'a> Archive<'a> {
         })
     }
 
-    /// The names of the arrays.
+    /// Returns the names of the arrays.
     pub(crate) fn names(&self) -> Vec<String> {
         let names = self.zip.file_names();
         names
@@ -38,7 +38,7 @@ impl<'a> Archive<'a> {
             .collect()
     }
 
-    /// The bytes of the `.npy` file of one array; `None` if there is none.
+    /// Returns the bytes of the `.npy` file of one array; `None` if there is none.
     pub(crate) fn entry(&mut self, name: &str) -> Option<Result<Vec<u8>, String>> {
         let index = self.zip.index_for_name(&format!("{name}.npy"))?;
         Some(self.read(index))

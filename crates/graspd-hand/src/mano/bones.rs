@@ -64,7 +64,8 @@ impl Default for JointForces {
 }
 
 impl JointForces {
-    /// The forces of the skin: weighted vertices w (R (u - J) + p) push each joint like points of a rigid body.
+    /// Computes the forces of the skin: weighted vertices w (R (u - J) + p) push each joint like points of a rigid
+    /// body.
     pub(crate) fn of_skin(
         loads: &[JointLoad; SKINNED_JOINTS],
         joints: &[Vec3<f64>; SKINNED_JOINTS],

@@ -32,11 +32,11 @@ pub fn load_skinned_hand(
 
 /// Reads a model from a `.pkl` as MANO's site offers it, or from an `.npz` with arrays of the same names.
 ///
-/// Arrays: `v_template` \[v, 3\], `f` \[t, 3\], `weights` \[v, 16\], `kintree_table` \[2, 16\] or `parents` \[16\]; `J_regressor`
-/// \[16, v\], or `J` \[16, 3\] with `J_shapedirs` \[16, 3, s\]; and, where there are any, `shapedirs` \[v, 3, s\], `posedirs`
-/// \[v, 3, 135\], `hands_components` \[k, 45\], `hands_mean` \[45\] and `hands_coeffs` \[m, k\], the coefficients of natural
-/// poses, from which limits of three standard deviations are taken. All in metres and radians. A model without
-/// `hands_components` gets a pose space of anatomical joint angles.
+/// Arrays: `v_template` \[v, 3\], `f` \[t, 3\], `weights` \[v, 16\], `kintree_table` \[2, 16\] or `parents` \[16\];
+/// `J_regressor` \[16, v\], or `J` \[16, 3\] with `J_shapedirs` \[16, 3, s\]; and, where there are any, `shapedirs`
+/// \[v, 3, s\], `posedirs` \[v, 3, 135\], `hands_components` \[k, 45\], `hands_mean` \[45\] and `hands_coeffs` \[m,
+/// k\], the coefficients of natural poses, from which limits of three standard deviations are taken. All in metres
+/// and radians. A model without `hands_components` gets a pose space of anatomical joint angles.
 ///
 /// A pickle is never executed: classes are known by name, and names that MANO's files do not have are refused.
 /// Memory and time are in proportion to the file.
@@ -74,7 +74,7 @@ fn read(path: &Path) -> Result<Vec<u8>, HandError> {
     Err(in_file(path, fault))
 }
 
-/// The model in the bytes of a pickle or of an archive, as [`load_skinned_model`] reads them from a file.
+/// Reads the model in the bytes of a pickle or of an archive, as [`load_skinned_model`] reads them from a file.
 ///
 /// # Errors
 /// As [`load_skinned_model`], without a file's name.
@@ -162,7 +162,7 @@ impl Source<'_> {
         })
     }
 
-    /// The names of what is there, as far as they fit a line.
+    /// Returns the names of what is there, as far as they fit a line.
     fn names(&self) -> String {
         const MOST: usize = 20;
         let names: Vec<String> = match self {
@@ -240,7 +240,7 @@ fn parents(source: &mut Source<'_>) -> Result<Vec<Option<usize>>, HandError> {
     Ok(row.iter().enumerate().map(parent).collect())
 }
 
-/// Whether the source has a pose space.
+/// Tells whether the source has a pose space.
 fn add_pose_space(source: &mut Source<'_>, model: &mut SkinnedModel) -> Result<bool, HandError> {
     let Some(components) = source.array("hands_components")? else {
         return Ok(false);
@@ -260,7 +260,7 @@ fn add_pose_space(source: &mut Source<'_>, model: &mut SkinnedModel) -> Result<b
     Ok(true)
 }
 
-/// Mean and three standard deviations of each column; `None` for fewer than two rows.
+/// Computes mean and three standard deviations of each column; `None` for fewer than two rows.
 fn limits(poses: &[f64], count: usize) -> Option<Vec<Limit>> {
     let rows = poses.len().checked_div(count)?;
     if rows < 2 {
@@ -315,7 +315,7 @@ fn shape_fits(name: &'static str, shape: &[usize], wanted: &[usize]) -> Result<(
     })
 }
 
-/// The values of an array of shape `sides` with one more side of any length.
+/// Returns the values of an array of shape `sides` with one more side of any length.
 fn with_last_side(
     array: Array,
     name: &'static str,

@@ -79,7 +79,7 @@ impl Fingers {
         }
     }
 
-    /// The end of the bone that begins at `joint`.
+    /// Returns the end of the bone that begins at `joint`.
     pub(crate) fn bone_end(&self, joint: usize) -> Vector3<f64> {
         if joint == 0 {
             KNUCKLES
@@ -94,7 +94,8 @@ impl Fingers {
         }
     }
 
-    /// The palm: its center is where the ray out of the palm from between the wrist and the knuckles leaves the skin.
+    /// Returns the palm: its center is where the ray out of the palm from between the wrist and the knuckles leaves
+    /// the skin.
     pub(crate) fn palm(&self, surface: &TriangleMesh) -> PalmFrame {
         let knuckles = self.bone_end(0);
         // Nearer to the knuckles: the wrist joint lies behind the palm.
@@ -112,13 +113,13 @@ impl Fingers {
     }
 }
 
-/// The rotation vector of a joint in a pose.
+/// Returns the rotation vector of a joint in a pose.
 fn rotation_of(pose: &[f64; POSE_VALUES], joint: usize) -> [f64; 3] {
     let at = 3 * (joint - 1);
     [pose[at], pose[at + 1], pose[at + 2]]
 }
 
-/// The vertex that follows `joint` most of all and lies farthest along its bone.
+/// Returns the vertex that follows `joint` most of all and lies farthest along its bone.
 fn tip(
     model: &SkinnedModel,
     vertices: &[Vec3<f64>],
@@ -137,7 +138,7 @@ fn tip(
         .unwrap_or(origin + along)
 }
 
-/// The joint of largest weight.
+/// Returns the joint of largest weight.
 pub(crate) fn heaviest(weights: &[f64; SKINNED_JOINTS]) -> usize {
     // The first of equals, so that the choice does not depend on the order of comparison.
     (0..SKINNED_JOINTS)

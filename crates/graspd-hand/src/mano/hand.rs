@@ -19,9 +19,10 @@ use crate::{
 
 /// A hand whose skin is moved by linear blend skinning with pose blendshapes, in MANO's layout.
 ///
-/// * **Articulation**: the first n pose coefficients; pose = mean + coefficients . components. MANO's components are unit
-///   rows, so that a coefficient is the length \[rad\] of the change of all 45 rotation-vector entries, whichever
-///   component it belongs to; how far natural hands go along each differs, and stands in [`Hand::limits`] where known.
+/// * **Articulation**: the first n pose coefficients; pose = mean + coefficients . components. MANO's components are
+///   unit rows, so that a coefficient is the length \[rad\] of the change of all 45 rotation-vector entries,
+///   whichever component it belongs to; how far natural hands go along each differs, and stands in [`Hand::limits`]
+///   where known.
 /// * **Frame**: the model's own coordinates, x_object = R x_model + t. See [`SkinnedHand::pose_from_mano`].
 /// * **Contact points**: all vertices that belong to a face.
 /// * **Surface**: the skin with its wrist closed by a fan.
@@ -72,7 +73,8 @@ impl SkinnedHand {
         let cap = WristCap::new(&points, &model.faces).map_err(|found| HandError::BadModel {
             array: "f",
             fault: format!(
-                "is no surface that a fan at the wrist closes ({} edges of more than two triangles, {} whose triangles disagree about the outside, {} double triangles)",
+                "is no surface that a fan at the wrist closes ({} edges of more than two triangles, {} whose \
+                    triangles disagree about the outside, {} double triangles)",
                 found.non_manifold_edges, found.misoriented_edges, found.duplicate_faces
             ),
         })?;
@@ -127,7 +129,7 @@ impl SkinnedHand {
             spheres::along_bones(&self.model, &self.rest, fingers, open);
     }
 
-    /// The model, its skinning weights made to sum to 1 exactly.
+    /// Returns the model, its skinning weights made to sum to 1 exactly.
     pub fn model(&self) -> &SkinnedModel {
         &self.model
     }
@@ -139,16 +141,16 @@ impl SkinnedHand {
     pub fn rest_joints(&self) -> &[Vec3<f64>; SKINNED_JOINTS] {
         &self.joints
     }
-    /// The model vertex that each contact point is, padding included, `[n]`.
+    /// Returns the model vertex that each contact point is, padding included, `[n]`.
     pub fn contact_vertices(&self) -> &[u32] {
         &self.order.vertex
     }
 
-    /// The pose of this hand that MANO's own parameters describe.
+    /// Returns the pose of this hand that MANO's own parameters describe.
     ///
-    /// MANO turns the hand by `global_orient` (a rotation vector \[rad\]) about its wrist joint J_0 and then moves it by
-    /// `trans` \[m\]: x = R (x_model - J_0) + J_0 + trans. So t = J_0 - R J_0 + trans. `coefficients` are counted as this
-    /// hand's are (from the flat hand or from the mean); those not given are 0.
+    /// MANO turns the hand by `global_orient` (a rotation vector \[rad\]) about its wrist joint J_0 and then moves it
+    /// by `trans` \[m\]: x = R (x_model - J_0) + J_0 + trans. So t = J_0 - R J_0 + trans. `coefficients` are counted
+    /// as this hand's are (from the flat hand or from the mean); those not given are 0.
     pub fn pose_from_mano(
         &self,
         global_orient: [f64; 3],
@@ -177,7 +179,7 @@ impl SkinnedHand {
     }
 }
 
-/// The vertices that belong to a face.
+/// Returns the vertices that belong to a face.
 fn used_vertices(model: &SkinnedModel, notes: &mut Vec<String>) -> Vec<u32> {
     let mut is_used = vec![false; model.template.len()];
     for &vertex in model.faces.iter().flatten() {

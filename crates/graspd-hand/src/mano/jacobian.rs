@@ -1,5 +1,5 @@
-//! Points that follow a skinned hand: each is moved by the joints that its vertices' weights name, by those between them
-//! and the wrist, and, with blendshapes, by all.
+//! Points that follow a skinned hand: each is moved by the joints that its vertices' weights name, by those between
+//! them and the wrist, and, with blendshapes, by all.
 
 use graspd_geom::{Mat3, Vec3};
 use nalgebra::{DMatrix, Point3};
@@ -117,7 +117,7 @@ impl SkinnedHand {
         bodies.extend_from_slice(&bones.frames);
     }
 
-    /// The columns are the rotation vectors of joints 1 to 15.
+    /// Computes rows whose columns are the rotation vectors of joints 1 to 15.
     pub(crate) fn rows_of(
         &self,
         pose: &HandPose,
@@ -212,7 +212,7 @@ impl SkinnedHand {
         }
     }
 
-    /// The components, one a column.
+    /// Returns the components, one a column.
     pub(crate) fn component_basis(&self) -> DMatrix<f64> {
         DMatrix::from_fn(POSE_VALUES, self.components.len(), |value, component| {
             self.components[component][value]
@@ -220,8 +220,8 @@ impl SkinnedHand {
     }
 }
 
-/// For each joint the transposed left Jacobian of its rotation vector: from the derivative by a small turn of what hangs
-/// on it to that by the vector.
+/// Returns for each joint the transposed left Jacobian of its rotation vector: from the derivative by a small turn of
+/// what hangs on it to that by the vector.
 fn turns_by_vectors(bones: &BonePose) -> [Mat3<f64>; SKINNED_JOINTS] {
     std::array::from_fn(|joint| {
         let Some(number) = joint.checked_sub(1) else {

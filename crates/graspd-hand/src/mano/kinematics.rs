@@ -23,7 +23,7 @@ struct SkinnedScratch {
 }
 
 impl SkinnedHand {
-    /// The rotation vectors of joints 1 to 15 \[rad\] for this hand's pose coefficients.
+    /// Returns the rotation vectors of joints 1 to 15 \[rad\] for this hand's pose coefficients.
     pub fn pose_of<T: graspd_ad::Real>(&self, articulation: &[T]) -> [T; POSE_VALUES] {
         pose_of(&self.components, &self.mean, articulation)
     }

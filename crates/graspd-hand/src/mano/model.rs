@@ -76,7 +76,7 @@ pub struct SkinnedModel {
 }
 
 impl SkinnedModel {
-    /// How many shape parameters it has.
+    /// Counts its shape parameters.
     pub fn shape_count(&self) -> usize {
         self.shape_directions.len() / (3 * self.template.len()).max(1)
     }
@@ -149,7 +149,8 @@ impl SkinnedModel {
                 "kintree_table",
                 || match parent {
                     Some(parent) => format!(
-                        "gives joint {joint} the parent {parent}; parents must come before their children, so that there is no cycle"
+                        "gives joint {joint} the parent {parent}; parents must come before their children, so \
+                            that there is no cycle"
                     ),
                     None => format!("gives joint {joint} no parent; only joint 0 has none"),
                 },

@@ -80,7 +80,7 @@ pub(crate) struct Array {
 }
 
 impl StoredArray<'_> {
-    /// The numbers; needs memory in proportion to the bytes, whatever the shape claims.
+    /// Decodes the numbers; needs memory in proportion to the bytes, whatever the shape claims.
     pub(crate) fn decode(&self, name: &'static str) -> Result<Array, HandError> {
         let count = self
             .shape
@@ -131,7 +131,7 @@ fn row_by_row(shape: &[usize], stored: &[f64]) -> Vec<f64> {
     values
 }
 
-/// The array in a `.npy` file, format 1 to 3.
+/// Reads the array in a `.npy` file, format 1 to 3.
 ///
 /// # Errors
 /// What is wrong, in words.

@@ -6,7 +6,8 @@ use crate::HandError;
 
 /// Lists in dictionaries in lists ...: no file of data is nested deeper, and a cycle has no end.
 const MAX_DEPTH: usize = 16;
-/// What is referred to twice is copied, so that a small file could fill the memory: copies may take this much \[bytes\].
+/// What is referred to twice is copied, so that a small file could fill the memory: copies may take this much
+/// \[bytes\].
 const MAX_BYTES: usize = 1 << 27;
 
 /// A plain value of an `.npy` file.
@@ -32,7 +33,7 @@ pub enum NumpyValue {
 }
 
 impl NumpyValue {
-    /// The value under a key of a dictionary, the last one as Python has it; `None` for other values.
+    /// Returns the value under a key of a dictionary, the last one as Python has it; `None` for other values.
     pub fn get(&self, key: &str) -> Option<&Self> {
         let Self::Dict(entries) = self else {
             return None;
@@ -41,7 +42,7 @@ impl NumpyValue {
         found.map(|(_, value)| value)
     }
 
-    /// The number that this is, or that an array of one number holds.
+    /// Returns the number that this is, or that an array of one number holds.
     pub fn number(&self) -> Option<f64> {
         match self {
             Self::Number(number) => Some(*number),
@@ -51,8 +52,8 @@ impl NumpyValue {
     }
 }
 
-/// Reads an `.npy` file: an array of numbers, or objects as `numpy.save` pickles them (numbers, strings, lists, tuples,
-/// dictionaries and arrays of any protocol).
+/// Reads an `.npy` file: an array of numbers, or objects as `numpy.save` pickles them (numbers, strings, lists,
+/// tuples, dictionaries and arrays of any protocol).
 ///
 /// Nothing is run: classes and functions other than those of NumPy's arrays are refused, and those are known by name,
 /// not called. An object array without sides is the object itself.
@@ -72,7 +73,7 @@ pub fn read_npy(bytes: &[u8]) -> Result<NumpyValue, String> {
     })
 }
 
-/// The pickle of an array of objects; `None` if the array is of another type.
+/// Returns the pickle of an array of objects; `None` if the array is of another type.
 fn object_pickle(bytes: &[u8]) -> Result<Option<&[u8]>, String> {
     let damaged = || "is no .npy array, or a damaged one".to_owned();
     let rest = bytes.strip_prefix(b"\x93NUMPY").ok_or_else(damaged)?;

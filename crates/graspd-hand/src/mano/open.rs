@@ -11,7 +11,7 @@ pub(crate) struct CoefficientRange {
     pub(crate) limits: Option<Vec<Limit>>,
 }
 
-/// The open hand, and the limits counted from `mean` instead of from the model's own mean pose.
+/// Returns the open hand, and the limits counted from `mean` instead of from the model's own mean pose.
 ///
 /// The open hand is what the model says, or else the pose of the space that is nearest to the template, in which hand
 /// models hold their fingers straight and apart; the limits, where known, are widened to let it in.
@@ -52,7 +52,8 @@ pub(crate) fn open_coefficients(
     CoefficientRange { open, limits }
 }
 
-/// The coefficients whose combination of components comes nearest to a pose; 0 along what the components do not span.
+/// Returns the coefficients whose combination of components comes nearest to a pose; 0 along what the components do
+/// not span.
 fn nearest(components: &[[f64; POSE_VALUES]], pose: &[f64]) -> Vec<f64> {
     let basis = DMatrix::from_fn(POSE_VALUES, components.len(), |row, column| {
         components[column][row]

@@ -126,7 +126,7 @@ impl<'a> Pickle<'a> {
         &self.values[id as usize]
     }
 
-    /// The string keys of the root.
+    /// Returns the string keys of the root.
     pub(crate) fn keys(&self) -> Vec<String> {
         let Value::Dict(entries) = self.value(self.root) else {
             return Vec::new();
@@ -140,7 +140,7 @@ impl<'a> Pickle<'a> {
         names.collect()
     }
 
-    /// The value under a string key of a dictionary: the last one, as Python has it.
+    /// Returns the value under a string key of a dictionary: the last one, as Python has it.
     pub(crate) fn entry(&self, dict: Id, key: &str) -> Option<Id> {
         let Value::Dict(entries) = self.value(dict) else {
             return None;
@@ -398,7 +398,7 @@ impl<'a> Machine<'a> {
         self.stack.push(id);
         Ok(())
     }
-    /// The top of the stack, which must lie above the last mark.
+    /// Returns the top of the stack, which must lie above the last mark.
     fn top(&self) -> Result<Id, HandError> {
         let floor = self.marks.last().copied().unwrap_or(0);
         match self.stack.get(floor..).and_then(<[Id]>::last) {

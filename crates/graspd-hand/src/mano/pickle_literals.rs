@@ -2,12 +2,12 @@
 
 use crate::HandError;
 
-/// What is wrong with a pickle, as an error.
+/// Returns what is wrong with a pickle, as an error.
 pub(crate) fn bad<T>(fault: impl Into<String>) -> Result<T, HandError> {
     Err(HandError::BadPickle(fault.into()))
 }
 
-/// A decimal integer, with Python 2's `L` behind it or not.
+/// Parses a decimal integer, with Python 2's `L` behind it or not.
 pub(crate) fn decimal(digits: &[u8]) -> Result<i64, HandError> {
     let text = std::str::from_utf8(digits).unwrap_or_default();
     match text.trim_end_matches('L').parse() {
@@ -19,7 +19,7 @@ pub(crate) fn decimal(digits: &[u8]) -> Result<i64, HandError> {
     }
 }
 
-/// A little-endian integer in two's complement.
+/// Reads a little-endian integer in two's complement.
 pub(crate) fn long(bytes: &[u8]) -> Result<i64, HandError> {
     if bytes.len() > 8 {
         return bad("it has an integer of over 64 bits");
@@ -30,7 +30,7 @@ pub(crate) fn long(bytes: &[u8]) -> Result<i64, HandError> {
     Ok(i64::from_le_bytes(all))
 }
 
-/// The bytes that a string between quotes stands for, as Python 2 writes it.
+/// Returns the bytes that a string between quotes stands for, as Python 2 writes it.
 pub(crate) fn unquoted(line: &[u8]) -> Result<Vec<u8>, HandError> {
     const FAULT: &str = "it has a string that is not quoted as strings are";
     let inner = match line {
@@ -65,7 +65,7 @@ pub(crate) fn unquoted(line: &[u8]) -> Result<Vec<u8>, HandError> {
     Ok(bytes)
 }
 
-/// A name from the file, fit for a message.
+/// Returns a name from the file, fit for a message.
 pub(crate) fn readable(name: &[u8]) -> String {
     const LONGEST: usize = 60;
     let text = String::from_utf8_lossy(&name[..name.len().min(LONGEST)]);

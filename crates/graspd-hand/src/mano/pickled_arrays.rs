@@ -17,7 +17,7 @@ pub(crate) struct SparseColumns {
 }
 
 impl Pickle<'_> {
-    /// The array under `id`, which the file calls `name`.
+    /// Returns the array under `id`, which the file calls `name`.
     ///
     /// # Errors
     /// [`HandError::BadModel`] naming the array.
@@ -25,7 +25,7 @@ impl Pickle<'_> {
         self.wrapped_array(id, name, MAX_DEPTH)
     }
 
-    /// Whether the value is a sparse matrix.
+    /// Tells whether the value is a sparse matrix.
     pub(crate) fn is_sparse(&self, id: Id) -> bool {
         matches!(
             self.value(id),
@@ -36,7 +36,7 @@ impl Pickle<'_> {
         )
     }
 
-    /// The sparse matrix under `id`.
+    /// Returns the sparse matrix under `id`.
     ///
     /// # Errors
     /// [`HandError::BadModel`] naming the array.
@@ -199,7 +199,7 @@ impl Pickle<'_> {
         parsed().ok_or_else(|| fault(name, "has a type that is neither real numbers nor integers"))
     }
 
-    /// A number of one of NumPy's own types, from the type and the bytes that it is made of.
+    /// Returns a number of one of NumPy's own types, from the type and the bytes that it is made of.
     ///
     /// # Errors
     /// [`HandError::BadModel`].
@@ -229,7 +229,7 @@ impl Pickle<'_> {
             .ok_or_else(damaged)
     }
 
-    /// The sides and the members of an array of objects, given its state; `None` if it is none.
+    /// Returns the sides and the members of an array of objects, given its state; `None` if it is none.
     pub(crate) fn objects(&self, state: Id) -> Option<(Vec<usize>, &[Id])> {
         let Value::Tuple(parts) = self.value(state) else {
             return None;
@@ -252,7 +252,7 @@ impl Pickle<'_> {
         }
     }
 
-    /// A tuple of sizes.
+    /// Returns a tuple of sizes.
     fn sizes(&self, id: Id) -> Option<Vec<usize>> {
         let (Value::Tuple(sides) | Value::List(sides)) = self.value(id) else {
             return None;
@@ -264,7 +264,7 @@ impl Pickle<'_> {
         sides.iter().map(size).collect()
     }
 
-    /// An attribute of an object.
+    /// Returns an attribute of an object.
     fn part(&self, id: Id, part: &str, name: &'static str) -> Result<Id, HandError> {
         let state = match self.value(id) {
             Value::Object { state, .. } => *state,

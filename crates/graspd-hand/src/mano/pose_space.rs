@@ -25,7 +25,7 @@ pub(crate) fn pose_of<T: Real>(
     pose
 }
 
-/// The transpose of [`pose_of`]: the derivative by each coefficient, from that by the pose.
+/// Applies the transpose of [`pose_of`]: the derivative by each coefficient, from that by the pose.
 pub(crate) fn pose_pullback(
     components: &[[f64; POSE_VALUES]],
     pose_gradient: &[f64; POSE_VALUES],
@@ -39,12 +39,12 @@ pub(crate) fn pose_pullback(
     }
 }
 
-/// The rotation vector of joint 1 + `index` in a pose.
+/// Returns the rotation vector of joint 1 + `index` in a pose.
 pub(crate) fn rotation_vector<T: Real>(pose: &[T; POSE_VALUES], index: usize) -> Vec3<T> {
     Vec3::new(pose[3 * index], pose[3 * index + 1], pose[3 * index + 2])
 }
 
-/// The local rotation of each joint; the wrist's is the identity.
+/// Returns the local rotation of each joint; the wrist's is the identity.
 ///
 /// By way of the unit quaternion, whose series at 0 is exact to second derivatives; nothing happens at pi.
 pub(crate) fn local_rotations<T: Real>(pose: &[T; POSE_VALUES]) -> [Mat3<T>; SKINNED_JOINTS] {

@@ -1,8 +1,8 @@
 //! The loops over the skin: blendshapes and linear blend skinning, forward and transposed.
 //!
 //! Eight vertices at a time in vector registers for `f32`, one at a time for `f64`; both run the same code.
-//! Blendshapes move vertices by millimetres, so single precision gives them to 1e-10 m. The rest moves them by decimetres
-//! and is done in double precision: it costs little.
+//! Blendshapes move vertices by millimetres, so single precision gives them to 1e-10 m. The rest moves them by
+//! decimetres and is done in double precision: it costs little.
 
 use std::ops::Range;
 
@@ -135,7 +135,7 @@ fn blend<L: Real>(
     }
 }
 
-/// The same number in all lanes.
+/// Returns the same number in all lanes.
 #[inline(always)]
 fn splat<L: Real>(value: L::Element) -> L {
     L::constant(value.lane(0))

@@ -9,13 +9,13 @@ use super::model::{JointPlacement, POSE_FEATURES, POSE_VALUES, SKINNED_JOINTS, S
 use super::pose_space::{local_rotations, pose_of};
 
 impl SkinnedModel {
-    /// The vertices of the hand with shape parameters `shape` in its straight pose \[m\]: template + shape_directions .
-    /// shape. Parameters that are not given are 0.
+    /// Returns the vertices of the hand with shape parameters `shape` in its straight pose \[m\]: template +
+    /// shape_directions . shape. Parameters that are not given are 0.
     pub fn shaped_vertices<T: Real>(&self, shape: &[T]) -> Vec<Vec3<T>> {
         displaced(&self.template, &self.shape_directions, shape)
     }
 
-    /// The joints of the hand with shape parameters `shape` \[m\]; `vertices`: its
+    /// Returns the joints of the hand with shape parameters `shape` \[m\]; `vertices`: its
     /// [`SkinnedModel::shaped_vertices`].
     pub fn shaped_joints<T: Real>(
         &self,
@@ -42,8 +42,8 @@ impl SkinnedModel {
         joints
     }
 
-    /// The rotation vectors of joints 1 to 15 \[rad\] for pose coefficients, counted from the flat hand or from the
-    /// model's mean.
+    /// Returns the rotation vectors of joints 1 to 15 \[rad\] for pose coefficients, counted from the flat hand or
+    /// from the model's mean.
     pub fn pose<T: Real>(&self, coefficients: &[T], flat_mean: bool) -> [T; POSE_VALUES] {
         let mean = if flat_mean {
             [0.0; POSE_VALUES]
@@ -53,7 +53,7 @@ impl SkinnedModel {
         pose_of(&self.pose_components, &mean, coefficients)
     }
 
-    /// The movement of the vertices by the pose \[m\]: pose_directions . (R - I of joints 1 to 15).
+    /// Returns the movement of the vertices by the pose \[m\]: pose_directions . (R - I of joints 1 to 15).
     pub fn pose_blending<T: Real>(&self, rotations: &[Mat3<T>; SKINNED_JOINTS]) -> Vec<Vec3<T>> {
         let Some(directions) = &self.pose_directions else {
             return vec![Vec3::zero(); self.template.len()];
@@ -73,8 +73,8 @@ impl SkinnedModel {
         .collect()
     }
 
-    /// The vertices in the object frame \[m\], in the model's order: linear blend skinning of `vertices` (shaped, in
-    /// the straight pose) by `joints` in the pose `pose`, then x -> rotation x + translation.
+    /// Returns the vertices in the object frame \[m\], in the model's order: linear blend skinning of `vertices`
+    /// (shaped, in the straight pose) by `joints` in the pose `pose`, then x -> rotation x + translation.
     ///
     /// x_v = sum_j w_vj (G_j (u_v - J_j) + p_j), with u_v = vertices\[v\] + [`SkinnedModel::pose_blending`], J_j the
     /// joints of the straight pose, and G_j, p_j their posed frames. Smooth in all arguments, also at rotation vectors
@@ -143,7 +143,7 @@ fn displaced<T: Real>(rest: &[[f64; 3]], directions: &[f64], parameters: &[T]) -
     (0..rest.len()).map(at).collect()
 }
 
-/// The entries of R - I of joints 1 to 15, row by row.
+/// Returns the entries of R - I of joints 1 to 15, row by row.
 pub(crate) fn pose_features<T: Real>(rotations: &[Mat3<T>; SKINNED_JOINTS]) -> [T; POSE_FEATURES] {
     let mut features = [T::zero(); POSE_FEATURES];
     for joint in 1..SKINNED_JOINTS {
@@ -159,8 +159,8 @@ pub(crate) fn pose_features<T: Real>(rotations: &[Mat3<T>; SKINNED_JOINTS]) -> [
     features
 }
 
-/// The frame of each joint in the object frame: its origin at the joint, its axes those of the model in the straight
-/// pose. `base` maps the model's own coordinates into the object frame.
+/// Returns the frame of each joint in the object frame: its origin at the joint, its axes those of the model in the
+/// straight pose. `base` maps the model's own coordinates into the object frame.
 pub(crate) fn joint_frames<T: Real>(
     parents: &[Option<usize>],
     joints: &[Vec3<T>; SKINNED_JOINTS],

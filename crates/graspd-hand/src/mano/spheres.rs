@@ -31,7 +31,7 @@ const SPACING: f64 = 0.9;
 /// Spheres of one bone at most.
 const MAX_ON_BONE: f64 = 6.0;
 
-/// The spheres, and their centers in the straight pose, model coordinates \[m\].
+/// Returns the spheres, and their centers in the straight pose, model coordinates \[m\].
 pub(crate) fn along_bones(
     model: &SkinnedModel,
     vertices: &[Vec3<f64>],
@@ -81,7 +81,7 @@ pub(crate) fn along_bones(
     (spheres, centers)
 }
 
-/// The radius of spheres on a bone, from the distances of the skin that follows it.
+/// Returns the radius of spheres on a bone, from the distances of the skin that follows it.
 fn radius(
     model: &SkinnedModel,
     vertices: &[Vec3<f64>],
@@ -105,7 +105,8 @@ fn radius(
     distances.get(nearer).map_or(0.0, |d| d * reach.share)
 }
 
-/// Pairs of spheres of different fingers, or of a finger's outer bones and the palm, that are apart in the open hand.
+/// Returns pairs of spheres of different fingers, or of a finger's outer bones and the palm, that are apart in the
+/// open hand.
 fn pairs(spheres: &CollisionSpheres, open: &[Vec3<f64>]) -> Vec<[u32; 2]> {
     let finger = |body: u32| body.div_ceil(3);
     let mut pairs = Vec::new();

@@ -56,7 +56,7 @@ impl WristCap {
         })
     }
 
-    /// The closed surface over posed vertices, `[v]`.
+    /// Returns the closed surface over posed vertices, `[v]`.
     pub(crate) fn surface(&self, mut vertices: Vec<Point3<f64>>) -> TriangleMesh {
         self.close(&mut vertices);
         TriangleMesh {
@@ -74,7 +74,7 @@ impl WristCap {
     }
 }
 
-/// Triangles from each edge of a loop to `middle`, along the loop's own direction.
+/// Makes triangles from each edge of a loop to `middle`, along the loop's own direction.
 fn fan(vertices: &[u32], middle: u32) -> Vec<[u32; 3]> {
     let next = vertices.iter().cycle().skip(1);
     let edges = vertices.iter().zip(next);
@@ -93,7 +93,7 @@ fn middle_of(points: impl ExactSizeIterator<Item = Point3<f64>>) -> Point3<f64> 
     Point3::from(sum / count)
 }
 
-/// Volume by the divergence theorem: negative where faces point inwards.
+/// Computes the volume by the divergence theorem: negative where faces point inwards.
 fn signed_volume(mesh: &TriangleMesh) -> f64 {
     (0..mesh.faces.len())
         .map(|face| mesh.corners(face)[0].coords.dot(&mesh.area_vector(face)))

@@ -42,13 +42,13 @@ impl GeometryReader {
         }
     }
 
-    /// What had to be mended, one sentence each.
+    /// Returns what had to be mended, one sentence each.
     pub(crate) fn into_notes(self) -> Vec<String> {
         self.notes
     }
 
-    /// The closed solids of a link, in the frame of its body: its collision geometry, or its visual geometry where
-    /// there is no collision geometry or only that is closed, or bounding boxes where nothing is.
+    /// Returns the closed solids of a link, in the frame of its body: its collision geometry, or its visual geometry
+    /// where there is no collision geometry or only that is closed, or bounding boxes where nothing is.
     pub(crate) fn parts(&mut self, link: &Link, frame: &LinkFrame) -> Result<Vec<Part>, HandError> {
         let collision: Vec<_> = (link.collision.iter().map(|c| (&c.origin, &c.geometry))).collect();
         let visual: Vec<_> = (link.visual.iter().map(|v| (&v.origin, &v.geometry))).collect();
@@ -203,7 +203,7 @@ impl GeometryReader {
     }
 }
 
-/// The axis-aligned box around a mesh; `None` if it has no volume.
+/// Returns the axis-aligned box around a mesh; `None` if it has no volume.
 fn bounding_box(mesh: &TriangleMesh) -> Option<TriangleMesh> {
     let (low, high) = mesh.bounds()?;
     let sides = high - low;

@@ -22,8 +22,8 @@ impl MeshFinder {
         }
     }
 
-    /// The file that `name` means: `package://package/path`, `model://package/path`, `file:///path`, an absolute
-    /// or a relative path. Packages are folders of that name, or any root that has the rest of the path.
+    /// Returns the file that `name` means: `package://package/path`, `model://package/path`, `file:///path`, an
+    /// absolute or a relative path. Packages are folders of that name, or any root that has the rest of the path.
     ///
     /// # Errors
     /// [`HandError::MissingMesh`], said of `link`.

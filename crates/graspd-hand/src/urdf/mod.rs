@@ -31,7 +31,7 @@ pub struct UrdfOptions {
     pub hand: HandOptions,
 }
 
-/// The hand that a URDF file describes.
+/// Returns the hand that a URDF file describes.
 ///
 /// * Joints: fixed, revolute, continuous and prismatic; mimic joints follow. The articulation has one parameter for
 ///   each joint that moves by itself, in the order of the file.
@@ -39,8 +39,8 @@ pub struct UrdfOptions {
 ///   a collision mesh has holes and the visual ones have none. A mesh with holes that nothing can stand in for is
 ///   replaced by its bounding box; [`Hand::notes`](crate::Hand::notes) tells.
 /// * Open pose and palm frame, which URDF has no words for, follow from the kinematics: every joint is at 0, or in
-///   its middle if it cannot get there, or at its other limit if it is closed at 0; the palm faces where the finger tips
-///   move when all joints go to the middle of their ranges.
+///   its middle if it cannot get there, or at its other limit if it is closed at 0; the palm faces where the finger
+///   tips move when all joints go to the middle of their ranges.
 /// * `hand.toml` beside `hand.urdf`, if there is one, overrides any of this. All its keys may be left out:
 ///
 ///   ```toml
@@ -75,7 +75,7 @@ pub fn load_urdf(
     parse_urdf(&read_text(path)?, path, options)
 }
 
-/// The hand that the text of a URDF file describes, as [`load_urdf`] reads it.
+/// Returns the hand that the text of a URDF file describes, as [`load_urdf`] reads it.
 ///
 /// `path`: where the text would stand; meshes and settings are looked for beside it.
 ///

@@ -1,8 +1,8 @@
 //! A URDF's elements as serde data, which the types of urdf-rs are read from.
 //!
-//! `urdf_rs::read_from_string` asks for what many published files leave out: the velocity of a `<limit>`, the mass of an
-//! `<inertial>`, the name of a `<material>`. Here its types read the document itself; what a hand does not need is not
-//! shown to them.
+//! `urdf_rs::read_from_string` asks for what many published files leave out: the velocity of a `<limit>`, the mass of
+//! an `<inertial>`, the name of a `<material>`. Here its types read the document itself; what a hand does not need is
+//! not shown to them.
 
 use std::borrow::Cow;
 use std::path::Path;
@@ -171,7 +171,7 @@ impl<'de> Deserializer<'de> for Value<'de> {
         visitor.visit_some(self)
     }
 
-    /// A word, or the first element within, such as the shape in a `<geometry>`.
+    /// Returns a word, or the first element within, such as the shape in a `<geometry>`.
     fn deserialize_enum<V: Visitor<'de>>(
         self,
         name: &'static str,

@@ -95,7 +95,8 @@ pub(crate) fn turning_gripper() -> ArticulatedHand {
     let solid = r#"<collision><geometry><box size="0.02 0.02 0.05"/></geometry></collision>"#;
     let text = format!(
         r#"<robot name="gripper">
-        <link name="arm">{solid}</link><link name="palm">{solid}</link><link name="a">{solid}</link><link name="b">{solid}</link>
+        <link name="arm">{solid}</link><link name="palm">{solid}</link><link name="a">{solid}</link>
+            <link name="b">{solid}</link>
         <joint name="turn" type="continuous"><parent link="arm"/><child link="palm"/>
             <origin xyz="0 0 0.05" rpy="0.1 0.2 0.3"/><axis xyz="0 0.6 0.8"/></joint>
         <joint name="slide" type="prismatic"><parent link="palm"/><child link="a"/>

@@ -15,8 +15,14 @@ use graspd_geom::{Quaternion, Vec3, shared_file};
 use graspd_hand::{ArticulatedHand, Hand, HandOptions, HandPose, UrdfOptions, load_urdf};
 use rand_chacha::ChaCha8Rng;
 
-pub(crate) const RIGHT: &str = "data/hands/simlab_allegro_hand_ros/allegro_hand_description/allegro_hand_description_right.urdf";
-pub(crate) const LEFT: &str = "data/hands/simlab_allegro_hand_ros/allegro_hand_description/allegro_hand_description_left.urdf";
+pub(crate) const RIGHT: &str = concat!(
+    "data/hands/simlab_allegro_hand_ros/",
+    "allegro_hand_description/allegro_hand_description_right.urdf"
+);
+pub(crate) const LEFT: &str = concat!(
+    "data/hands/simlab_allegro_hand_ros/",
+    "allegro_hand_description/allegro_hand_description_left.urdf"
+);
 pub(crate) const ALLEGRO: &str = "data/hands/allegro_hand/allegro_hand_right.urdf";
 pub(crate) const LEAP: &str = "data/hands/leap_hand/leap_hand_right.urdf";
 pub(crate) const BARRETT: &str = "data/hands/barrett_hand/bhand_model.urdf";

@@ -13,8 +13,8 @@ use crate::{
     file, within_limits,
 };
 
-/// Poses of all links but the root, for joint values by name, by the crate `k`, whose reader of URDF and whose matrices
-/// are of other versions than the library's.
+/// Poses of all links but the root, for joint values by name, by the crate `k`, whose reader of URDF and whose
+/// matrices are of other versions than the library's.
 fn by_k(chain: &k::Chain<f64>, values: &HashMap<&str, f64>) -> HashMap<String, Isometry3<f64>> {
     let positions: Vec<f64> = (chain.iter_joints())
         .map(|joint| values[joint.name.as_str()])

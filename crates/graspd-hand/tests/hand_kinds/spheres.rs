@@ -5,8 +5,8 @@ use graspd_hand::{Hand, HandPose, Kinematics, PointBuffer};
 
 use crate::kinds::human_hand;
 
-/// Skin of the outer two bones of fingers may stand out of the spheres of its finger so far, on average and anywhere \[m\]:
-/// fingers are broader than deep.
+/// Skin of the outer two bones of fingers may stand out of the spheres of its finger so far, on average and anywhere
+/// \[m\]: fingers are broader than deep.
 const MEAN_GAP: f64 = 1.2e-3;
 const MAX_GAP: f64 = 4e-3;
 

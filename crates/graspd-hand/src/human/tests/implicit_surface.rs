@@ -39,12 +39,12 @@ impl RoundedCone {
             squash: None,
         }
     }
-    /// No less than this is the value at `p`: the distance to a ball around the hull.
+    /// Bounds the value at `p` from below: the distance to a ball around the hull.
     fn lower_bound(&self, p: &Point3<f64>) -> f64 {
         let middle = self.start + self.axis * 0.5;
         (p - middle).norm() - 0.5 * self.axis.norm() - self.radii[0].max(self.radii[1])
     }
-    /// Signed distance to the hull of two balls (exact where it is not squashed).
+    /// Computes the signed distance to the hull of two balls (exact where it is not squashed).
     fn value(&self, p: &Point3<f64>) -> f64 {
         let mut from = p - self.start;
         if let Some((direction, factor)) = self.squash {
@@ -70,7 +70,7 @@ impl RoundedCone {
     }
 }
 
-/// The lesser of two values, rounded where they differ by less than `blend`.
+/// Returns the lesser of two values, rounded where they differ by less than `blend`.
 fn smooth_minimum(a: f64, b: f64, blend: f64) -> f64 {
     let overlap = (blend - (a - b).abs()).max(0.0);
     a.min(b) - overlap * overlap / (4.0 * blend)
@@ -111,7 +111,7 @@ impl ImplicitHand {
         value = smooth_minimum(value, fingers, ROOT_BLEND);
         -smooth_minimum(-value, WRIST_END - p.x, 6.0)
     }
-    /// The gradient of [`ImplicitHand::value`], by central differences.
+    /// Returns the gradient of [`ImplicitHand::value`], by central differences.
     pub(crate) fn gradient(&self, p: &Point3<f64>) -> Vector3<f64> {
         const STEP: f64 = 0.02;
         Vector3::from_fn(|axis, _| {
@@ -122,7 +122,7 @@ impl ImplicitHand {
     }
 }
 
-/// The bones' own flesh and the pads of one finger or the thumb.
+/// Returns the bones' own flesh and the pads of one finger or the thumb.
 fn finger(ray: usize, chain: &Chain) -> Vec<RoundedCone> {
     let measures = &RAYS[ray];
     let half = measures.half_breadths;
@@ -162,7 +162,7 @@ fn finger(ray: usize, chain: &Chain) -> Vec<RoundedCone> {
     parts
 }
 
-/// The body of the hand: carpus, metacarpals, the balls of thumb and little finger, webs and the wrist.
+/// Returns the body of the hand: carpus, metacarpals, the balls of thumb and little finger, webs and the wrist.
 fn palm(chains: &[Chain; 5]) -> Vec<RoundedCone> {
     let down = Vector3::new(0.0, -1.0, 0.0);
     let point = |x: f64, y: f64, z: f64| Point3::new(x, y, z);

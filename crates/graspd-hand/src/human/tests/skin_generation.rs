@@ -17,7 +17,7 @@ const ROUNDS: usize = 9;
 /// Wanted edge length \[mm\] where the density is 1; set so that nearly the wanted number of vertices results.
 const EDGE: f64 = 8.6;
 
-/// The skin of the rest pose \[mm\].
+/// Returns the skin of the rest pose \[mm\].
 fn generated_skin() -> TriangleMesh {
     let flesh = ImplicitHand::new();
     let low = Point3::new(-200.0, -55.0, -80.0);
