@@ -40,7 +40,7 @@ pub struct ForceWeights {
 }
 
 /// Moves the targets against `weights` L_phys and L_task, then evaluates L_phys with the new targets.
-pub struct FusedKernel<'a, E, R> {
+pub(crate) struct FusedKernel<'a, E, R> {
     pub(crate) contacts: &'a ContactLoop<'a, E>,
     /// `[n]`
     pub(crate) weight: &'a [E],

@@ -40,7 +40,7 @@ impl Precision for f32 {
 }
 
 /// The contacts of a hand at an object, as the loops over them read them: made by a [`Scene`](crate::Scene).
-pub struct ContactLoop<'a, E> {
+pub(crate) struct ContactLoop<'a, E> {
     pub(crate) object: &'a SimulatedObject,
     pub(crate) velocities: &'a [Twist<f64>],
     pub(crate) contact: ContactParams,

@@ -66,8 +66,8 @@ mod targets;
 
 pub use contact::ContactState;
 pub use error::SimulationError;
-pub use fused::{ForceWeights, FusedKernel, TargetRule};
-pub use kernel::{ContactLoop, Precision};
+pub use fused::{ForceWeights, TargetRule};
+pub use kernel::Precision;
 pub use losses::{
     intersection_loss_gradient, limit_loss, limit_loss_gradient, range_loss, range_loss_gradient,
     sphere_overlap,

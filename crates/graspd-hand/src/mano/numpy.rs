@@ -131,23 +131,36 @@ fn row_by_row(shape: &[usize], stored: &[f64]) -> Vec<f64> {
     values
 }
 
+const DAMAGED: &str = "is no .npy array, or a damaged one";
+
+/// Splits a `.npy` file, format 1 to 3, into its header and the data behind it.
+///
+/// # Errors
+/// What is wrong, in words.
+pub(crate) fn npy_header(bytes: &[u8]) -> Result<(&str, &[u8]), String> {
+    let split = || {
+        let rest = bytes.strip_prefix(b"\x93NUMPY")?;
+        let (&[major, _minor], rest) = rest.split_first_chunk()?;
+        let (length, rest) = if major == 1 {
+            let (length, rest) = rest.split_first_chunk()?;
+            (usize::from(u16::from_le_bytes(*length)), rest)
+        } else {
+            let (length, rest) = rest.split_first_chunk()?;
+            (u32::from_le_bytes(*length) as usize, rest)
+        };
+        let (header, data) = rest.split_at_checked(length)?;
+        Some((std::str::from_utf8(header).ok()?, data))
+    };
+    split().ok_or_else(|| DAMAGED.to_owned())
+}
+
 /// Reads the array in a `.npy` file, format 1 to 3.
 ///
 /// # Errors
 /// What is wrong, in words.
 pub(crate) fn parse_npy(bytes: &[u8]) -> Result<StoredArray<'_>, String> {
-    let damaged = || "is no .npy array, or a damaged one".to_owned();
-    let rest = bytes.strip_prefix(b"\x93NUMPY").ok_or_else(damaged)?;
-    let (&[major, _minor], rest) = rest.split_first_chunk().ok_or_else(damaged)?;
-    let (length, rest) = if major == 1 {
-        let (length, rest) = rest.split_first_chunk().ok_or_else(damaged)?;
-        (usize::from(u16::from_le_bytes(*length)), rest)
-    } else {
-        let (length, rest) = rest.split_first_chunk().ok_or_else(damaged)?;
-        (u32::from_le_bytes(*length) as usize, rest)
-    };
-    let (header, data) = rest.split_at_checked(length).ok_or_else(damaged)?;
-    let header = std::str::from_utf8(header).map_err(|_| damaged())?;
+    let (header, data) = npy_header(bytes)?;
+    let damaged = || DAMAGED.to_owned();
     let after = |key: &str| {
         let (_, after) = header.split_once(key)?;
         Some(after.trim_start().strip_prefix(':')?.trim_start())

@@ -1,6 +1,6 @@
 //! What NumPy saved in an `.npy` file, of numbers or of Python's objects; nothing in it is run.
 
-use super::numpy::parse_npy;
+use super::numpy::{npy_header, parse_npy};
 use super::pickle::{Global, Id, Pickle, Value};
 use crate::HandError;
 
@@ -75,18 +75,8 @@ pub fn read_npy(bytes: &[u8]) -> Result<NumpyValue, String> {
 
 /// Returns the pickle of an array of objects; `None` if the array is of another type.
 fn object_pickle(bytes: &[u8]) -> Result<Option<&[u8]>, String> {
-    let damaged = || "is no .npy array, or a damaged one".to_owned();
-    let rest = bytes.strip_prefix(b"\x93NUMPY").ok_or_else(damaged)?;
-    let (&[major, _], rest) = rest.split_first_chunk().ok_or_else(damaged)?;
-    let width = if major == 1 { 2 } else { 4 };
-    let (length, rest) = rest.split_at_checked(width).ok_or_else(damaged)?;
-    let mut little = [0; 4];
-    little[..width].copy_from_slice(length);
-    let length = u32::from_le_bytes(little) as usize;
-    let (header, data) = rest.split_at_checked(length).ok_or_else(damaged)?;
-    let is_object = [&b"'|O'"[..], b"'O'"]
-        .iter()
-        .any(|name| header.windows(name.len()).any(|part| part == *name));
+    let (header, data) = npy_header(bytes)?;
+    let is_object = header.contains("'|O'") || header.contains("'O'");
     Ok(is_object.then_some(data))
 }
 
