@@ -1,7 +1,9 @@
 //! A hand of rigid links: a kinematic tree with solids, contact points and spheres on its bodies.
 
-use graspd_geom::{Rigid, Vec3};
+use graspd_geom::{Rigid, TriangleMesh, Vec3};
 use graspd_settings::{Ranges, Validate, between, ranges};
+
+use nalgebra::Isometry3;
 
 use crate::articulated_kinematics::BodyLoads;
 use crate::body_points::{self, BodyPoints};
@@ -211,6 +213,15 @@ impl Hand for ArticulatedHand {
         rows: &mut JacobianRows,
     ) {
         self.rows_of(pose, posed, forces, rows);
+    }
+    /// By quaternions, whose roundings differ from those of [`Hand::pose`]: samples of surfaces are drawn from these.
+    fn surface(&self, pose: &HandPose) -> TriangleMesh {
+        let bodies = self.tree().poses(&pose.base(), &pose.articulation);
+        let mut surface = TriangleMesh::default();
+        for part in self.parts() {
+            surface.append(&part.mesh.transformed(&Isometry3::from(bodies[part.body])));
+        }
+        surface
     }
     fn rigid_parts(&self) -> Vec<Part> {
         self.parts().to_vec()

@@ -311,6 +311,10 @@ impl Hand for MirroredHand {
             .jacobian_rows(&pose_of_original, posed.state.get(), &reflected, rows);
         rows.set_base(forces, posed, pose.translation);
     }
+    fn surface(&self, pose: &HandPose) -> TriangleMesh {
+        let original = self.reflection.pose_in(pose, Vec::new());
+        self.reflection.mesh(&self.original.surface(&original))
+    }
     fn jacobian_basis(&self) -> Option<DMatrix<f64>> {
         self.original.jacobian_basis()
     }

@@ -1,6 +1,6 @@
 //! A skinned hand: contact points, limits, palm and surface of a model with one shape.
 
-use graspd_geom::{Quaternion, Vec3};
+use graspd_geom::{Quaternion, TriangleMesh, Vec3};
 use nalgebra::{DMatrix, Point3, UnitQuaternion, Vector3};
 
 use super::bones::BonePose;
@@ -245,6 +245,20 @@ impl Hand for SkinnedHand {
         rows: &mut JacobianRows,
     ) {
         self.rows_of(pose, posed, forces, rows);
+    }
+    /// By the reference formula, whose roundings differ from those of [`Hand::pose`]: samples of surfaces are drawn from
+    /// these.
+    fn surface(&self, pose: &HandPose) -> TriangleMesh {
+        let base = pose.base();
+        let posed = self.model.posed_vertices(
+            &self.rest,
+            &self.joints,
+            &self.pose_of(&pose.articulation),
+            &base.rotation,
+            base.translation,
+        );
+        self.cap
+            .surface(posed.into_iter().map(Point3::from).collect())
     }
     fn jacobian_basis(&self) -> Option<DMatrix<f64>> {
         Some(self.component_basis())

@@ -102,7 +102,8 @@ impl SkinnedHand {
             let influences = influences
                 .iter()
                 .map(|&(joint, weight)| (joint as usize, weight));
-            let position = skinned(blended, influences, &bones.motions, |part| parts.push(part));
+            let place = |joint: usize| bones.motions[joint].apply(blended);
+            let position = skinned(influences, place, |part| parts.push(part));
             vertices.push(position.into());
         }
         self.cap.close(vertices);

@@ -97,29 +97,29 @@ impl SkinnedModel {
         };
         let frames = joint_frames(&self.parents, joints, &rotations, &base);
         let blending = self.pose_blending(&rotations);
-        let motions = joint_motions(&frames, joints);
         let blended = vertices.iter().zip(&blending).zip(&self.weights);
         blended
             .map(|((&rest, &blending), weights)| {
                 let influences = weights.iter().copied().enumerate();
                 let influences = influences.filter(|(_, weight)| *weight != 0.0);
-                skinned(rest + blending, influences, &motions, |_| ())
+                let place = |joint: usize| frames[joint].apply(rest + blending - joints[joint]);
+                skinned(influences, place, |_| ())
             })
             .collect()
     }
 }
 
-/// Computes sum_j w_j (R_j u + t_j), the linear blend skinning of a vertex u; `visit` is shown each summand.
+/// Computes sum_j w_j x_j, the linear blend skinning of a vertex that joint j alone would place at x_j; `visit` is shown
+/// each summand.
 #[inline]
 pub(crate) fn skinned<T: Real>(
-    blended: Vec3<T>,
     influences: impl Iterator<Item = (usize, f64)>,
-    motions: &[Rigid<T>; SKINNED_JOINTS],
+    place: impl Fn(usize) -> Vec3<T>,
     mut visit: impl FnMut(Vec3<T>),
 ) -> Vec3<T> {
     let mut sum = Vec3::zero();
     for (joint, weight) in influences {
-        let part = motions[joint].apply(blended) * T::constant(weight);
+        let part = place(joint) * T::constant(weight);
         visit(part);
         sum += part;
     }
