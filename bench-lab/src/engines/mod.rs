@@ -16,7 +16,7 @@ use agreement::{Judged, document};
 /// What is installed: versions that the figures of lab/engines.md are of.
 const PACKAGES: [&str; 3] = ["numpy>=2,<3", "pybullet==3.2.7", "mujoco==4.0.0"];
 /// All engines, by the names that `--engine` has for them.
-const ENGINES: [&str; 3] = ["rapier", "pybullet", "mujoco"];
+const ENGINES: [&str; 4] = ["graspd", "rapier", "pybullet", "mujoco"];
 /// Those that are Python packages.
 const OUTSIDE: [&str; 2] = ["pybullet", "mujoco"];
 

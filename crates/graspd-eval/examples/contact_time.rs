@@ -43,7 +43,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             let itself = SelfPenetration::new(&hand)?;
             let own = seconds_of(|| itself.depth_mm(&hand).map(drop).map_err(Into::into))?;
             println!(
-                "hand of {} faces: IV + CA {both:.1} ms ({:.2} cm3, {:.1} cm2, {:.1} cm2 by voxels), IV {volume:.1} ms (hand's tree {:.1}, voxels {:.1}), self-penetration {:.1} ms",
+                "hand of {} faces: IV + CA {both:.1} ms ({:.2} cm3, {:.1} cm2, {:.1} cm2 by \
+                 voxels), IV {volume:.1} ms (hand's tree {:.1}, voxels {:.1}), self-penetration {:.1} ms",
                 hand.faces.len(),
                 found.interpenetration_volume_cm3.unwrap_or(f64::NAN),
                 found.contact_area_cm2.unwrap_or(f64::NAN),

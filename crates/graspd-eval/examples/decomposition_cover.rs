@@ -1,7 +1,7 @@
 //! How well convex pieces cover objects: `decomposition_cover OBJECT...`, mesh files or names of built-in objects.
 //!
-//! Points are looked at on the mesh's surface (does a piece cover them?) and 0.25, 0.5, 1 and 2 mm outside of it where the
-//! mesh is that far away (is a piece in the way?), thousands of each.
+//! Points are looked at on the mesh's surface (does a piece cover them?) and 0.25, 0.5, 1 and 2 mm
+//! outside of it where the mesh is that far away (is a piece in the way?), thousands of each.
 
 use graspd_eval::ObjectUnderTest;
 use graspd_geom::{builtin_object, load_mesh, sample_evenly, signed_volume};
@@ -42,7 +42,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             ));
         }
         println!(
-            "{name}: {} pieces in {seconds:.1} s, volume {:.3} of the mesh's, deepest overfill {:.2} mm, {:.1} % of the surface bare, filled outside: {}",
+            "{name}: {} pieces in {seconds:.1} s, volume {:.3} of the mesh's, deepest overfill \
+             {:.2} mm, {:.1} % of the surface bare, filled outside: {}",
             pieces.pieces.len(),
             pieces.volume / signed_volume(&mesh),
             1e3 * pieces.overfill,

@@ -1,10 +1,11 @@
 //! CPU times of simulating grasps: `displacement_time FOLDER...`, each a run of `graspd synth --meshes` (Linux).
 
-use graspd_eval::{DisplacementSettings, FixedHand, ObjectUnderTest, ShakeSettings};
+use graspd_eval::{DisplacementSettings, FixedHand, ObjectUnderTest, PhysicsEngine, ShakeSettings};
 use graspd_eval::{shake, simulate, simulate_six_directions};
 use graspd_geom::{DiskCache, load_mesh};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
+    let engine = PhysicsEngine::default();
     let cache = std::env::temp_dir().join("graspd-displacement-time");
     for folder in std::env::args().skip(1) {
         let meshes = std::path::Path::new(&folder).join("meshes");
@@ -31,15 +32,16 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             let making = cpu_seconds() - started;
             let started = cpu_seconds();
             let settings = DisplacementSettings::default();
-            simulate(object.dynamic(), &hand, &settings)?;
+            simulate(object.dynamic(), &hand, &settings, engine)?;
             let alone = cpu_seconds() - started;
             let started = cpu_seconds();
-            let six = simulate_six_directions(object.dynamic(), &hand, &settings)?;
+            let six = simulate_six_directions(object.dynamic(), &hand, &settings, engine)?;
             let one = (cpu_seconds() - started) / 6.0;
             let started = cpu_seconds();
-            let outcome = shake(object.dynamic(), &hand, &ShakeSettings::default())?;
+            let outcome = shake(object.dynamic(), &hand, &ShakeSettings::default(), engine)?;
             println!(
-                "{} faces: mesh {:.1} ms, displacement {:.1} ms, {:.1} ms a direction of six ({} cm), shake {:.0} ms ({} of 6)",
+                "{} faces: mesh {:.1} ms, displacement {:.1} ms, {:.1} ms a direction of six \
+                 ({} cm), shake {:.0} ms ({} of 6)",
                 mesh.faces.len(),
                 1e3 * making,
                 1e3 * alone,

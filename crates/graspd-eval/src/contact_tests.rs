@@ -189,8 +189,8 @@ fn winding_number(mesh: &TriangleMesh, point: &Point3<f64>) -> f64 {
     (0..mesh.faces.len()).map(solid_angle).sum::<f64>() / (4.0 * PI)
 }
 
-/// Whether a triangle and a voxel have a point in common: no axis of a face's normal, of an edge, or of a product of both
-/// separates them. Shares nothing with the cutting of polygons.
+/// Whether a triangle and a voxel have a point in common: no axis of a face's normal, of an edge,
+/// or of a product of both separates them. Shares nothing with the cutting of polygons.
 fn meets(corners: &[Point3<f64>; 3], voxel: [i64; 3], size: f64) -> bool {
     let center = Point3::from(voxel.map(|i| (i as f64 + 0.5) * size));
     let [a, b, c] = corners.map(|corner| corner - center);

@@ -7,7 +7,8 @@ use graspd_settings::OutOfRange;
 pub enum EvaluationError {
     /// A point or wrench has a coordinate that is NaN or infinite.
     #[error(
-        "point or wrench {index} has a coordinate that is not a finite number; check the contacts that it was made from"
+        "point or wrench {index} has a coordinate that is not a finite number; \
+         check the contacts that it was made from"
     )]
     NotFinite {
         /// Index of the first such point in the input.
@@ -15,7 +16,8 @@ pub enum EvaluationError {
     },
     /// A convex hull has more facets than memory was granted for.
     #[error(
-        "the convex hull has more than {limit} facets; take fewer points, or bounds (`origin_depth`, `hull_volume`) that do without it"
+        "the convex hull has more than {limit} facets; take fewer points, \
+         or bounds (`origin_depth`, `hull_volume`) that do without it"
     )]
     TooManyFacets {
         /// The limit that was reached.
@@ -46,6 +48,15 @@ pub enum EvaluationError {
     Diverged {
         /// The first step with a bad pose.
         step: usize,
+    },
+    /// This program was built without a physics engine.
+    #[error(
+        "this program was built without the physics engine {engine}; \
+         build it with the feature `{engine}`, or choose `graspd`"
+    )]
+    MissingEngine {
+        /// The engine.
+        engine: &'static str,
     },
     /// Another engine's answer does not fit the job that it was given.
     #[error("the engine's answer lacks motions of hand {hand}; check its version")]

@@ -167,8 +167,8 @@ pub struct DepthBounds {
 pub struct DepthSearch {
     /// Where `upper - lower <= relative_gap * upper`; with 0, both are the depth to within rounding.
     pub relative_gap: f64,
-    /// Or where more facets than this would have to be kept, of those that may be the nearest (350 bytes each) or, where rounding
-    /// asks for it, of the whole inner polytope (130 bytes each).
+    /// Or where more facets than this would have to be kept, of those that may be the nearest (350
+    /// bytes each) or, where rounding asks for it, of the whole inner polytope (130 bytes each).
     pub max_facets: usize,
 }
 

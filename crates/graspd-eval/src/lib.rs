@@ -65,8 +65,9 @@ mod wrench_space;
 
 pub use displacement::{
     ConvexPiece, DecompositionSettings, DisplacementSettings, DynamicObject, FixedHand,
-    ObjectMotion, ObjectPieces, SIX_DIRECTIONS, ShakeOutcome, ShakeSettings, SimulationAnswer,
-    SimulationJob, SixDisplacements, convex_parts, shake, simulate, simulate_six_directions,
+    GRASPD_ENGINE, ObjectMotion, ObjectPieces, PhysicsEngine, SIX_DIRECTIONS, ShakeOutcome,
+    ShakeSettings, SimulationAnswer, SimulationJob, SixDisplacements, convex_parts, shake,
+    simulate, simulate_six_directions,
 };
 pub use error::EvaluationError;
 pub use ferrari_canny::{

@@ -80,8 +80,8 @@ impl ObjectUnderTest {
         Self { cache, ..self }
     }
 
-    /// Tells what the hand of the grasps looks like at rest (open), which the self-penetration is measured against: links
-    /// overlap at their joints by construction.
+    /// Tells what the hand of the grasps looks like at rest (open), which the self-penetration is
+    /// measured against: links overlap at their joints by construction.
     ///
     /// # Errors
     /// [`EvaluationError::BadMesh`] for a hand that is not closed.
@@ -177,7 +177,8 @@ pub struct GraspMetrics {
     pub shake_withstood: Option<usize>,
     /// Whether it withstands all of them.
     pub shake_success: Option<bool>,
-    /// The physics engine of the displacements and the shake test.
+    /// The physics engine of the displacements and the shake test, with its version; `rapier`
+    /// without one, in older records, is an earlier version of the built-in solver.
     pub sim_engine: Option<String>,
     /// Largest depth of the hand's surface inside the object \[mm\].
     pub max_penetration_mm: Option<f64>,
@@ -253,7 +254,8 @@ fn physics_metrics(
     settings: &EvaluationSettings,
 ) -> Result<(), EvaluationError> {
     let wanted = &settings.metrics;
-    metrics.sim_engine = Some("rapier".into());
+    let engine = settings.engine;
+    metrics.sim_engine = Some(engine.label()?.into());
     let fixed = FixedHand::new(hand)?;
     let (object, protocol) = (object.dynamic(), &settings.displacement);
     let fallen = protocol.free_fall() * 100.0;
@@ -262,7 +264,7 @@ fn physics_metrics(
         other => other,
     };
     if wanted.displacement_mean6 {
-        match simulate_six_directions(object, &fixed, protocol) {
+        match simulate_six_directions(object, &fixed, protocol, engine) {
             Ok(six) => {
                 metrics.sim_displacement_mean6_cm = Some(six.mean_cm);
                 // The protocol's own direction is one of the six by default: no need to run it twice.
@@ -278,12 +280,12 @@ fn physics_metrics(
     if !wanted.displacement {
         metrics.sim_displacement_cm = None;
     } else if metrics.sim_displacement_cm.is_none() {
-        let motion = simulate(object, &fixed, protocol);
+        let motion = simulate(object, &fixed, protocol, engine);
         let displacement = or_fallen(motion.map(|motion| motion.displacement_cm()))?;
         metrics.sim_displacement_cm = Some(displacement);
     }
     if wanted.shake {
-        let outcome = shake(object, &fixed, &settings.shake)?;
+        let outcome = shake(object, &fixed, &settings.shake, engine)?;
         metrics.shake_withstood = Some(outcome.count());
         metrics.shake_success = Some(outcome.is_success());
     }

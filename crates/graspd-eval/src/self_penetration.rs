@@ -64,11 +64,13 @@ impl SelfPenetration {
 
     /// How deep the hand is inside itself at a pose \[mm\]; 0 where it is not.
     ///
-    /// * A hand of several parts (links): the deepest surface point of a part inside another, among points 2 mm apart and all
-    ///   vertices. Parts that overlap at rest do so by construction, and are left out.
-    /// * A hand of one part (a skin): among the faces' centres that are buried in the skin, the longest way straight in, through
-    ///   the finger that a point belongs to, until the ray comes out of the one that it has entered. Skin within 25 mm of itself,
-    ///   measured along the skin at rest, folds, and does not count, nor does a way to the finger's own other side.
+    /// * A hand of several parts (links): the deepest surface point of a part inside another, among
+    ///   points 2 mm apart and all vertices. Parts that overlap at rest do so by construction, and
+    ///   are left out.
+    /// * A hand of one part (a skin): among the faces' centres that are buried in the skin, the
+    ///   longest way straight in, through the finger that a point belongs to, until the ray comes
+    ///   out of the one that it has entered. Skin within 25 mm of itself, measured along the skin
+    ///   at rest, folds, and does not count, nor does a way to the finger's own other side.
     ///
     /// `posed`: the same mesh as at rest, at the pose.
     ///
@@ -111,8 +113,8 @@ impl SelfPenetration {
         Ok(deepest)
     }
 
-    /// Whether the straight way in from a face comes out by the other at rest already: then it is the finger's own other
-    /// side, and a fold has buried the face.
+    /// Whether the straight way in from a face comes out by the other at rest already: then it is
+    /// the finger's own other side, and a fold has buried the face.
     fn is_other_side(&self, from: usize, to: usize) -> bool {
         let center = centroid(&self.rest.corners(from));
         let Some(outward) = self.rest.area_vector(from).try_normalize(0.0) else {
@@ -323,7 +325,8 @@ mod tests {
         assert_eq!(hand.depth_mm(&rest).unwrap(), 0.0);
         for depth in [0.001, 0.002, 0.004] {
             let found = hand.depth_mm(&hairpin(depth)).unwrap();
-            // Facets of 2 mm on a radius of 8 mm lie up to 0.07 mm inside on either side, and centres beside the middle less deep.
+            // Facets of 2 mm on a radius of 8 mm lie up to 0.07 mm inside on either side, and
+            // centres beside the middle less deep.
             assert!((found - 1e3 * depth).abs() < 0.3, "{depth}: {found}");
         }
         assert_eq!(hand.depth_mm(&hairpin(-0.002)).unwrap(), 0.0);

@@ -6,7 +6,7 @@ use graspd_settings::{ANY, Ranges, Validate, between, ranges};
 use serde::{Deserialize, Serialize};
 
 use crate::EvaluationError;
-use crate::displacement::{DisplacementSettings, ShakeSettings};
+use crate::displacement::{DisplacementSettings, PhysicsEngine, ShakeSettings};
 use crate::ferrari_canny::ForceLimit;
 use crate::hull::VolumeSettings;
 use crate::wrench_space::FRICTION_EDGES;
@@ -128,6 +128,8 @@ pub struct EvaluationSettings {
     pub force_limit: ForceLimit,
     /// The effort for the wrench space's volume.
     pub volume: VolumeSettings,
+    /// Which physics engine simulates.
+    pub engine: PhysicsEngine,
     /// The simulation's protocol.
     pub displacement: DisplacementSettings,
     /// The shake test's constants.
@@ -147,6 +149,7 @@ impl Default for EvaluationSettings {
             torque_scale: None,
             force_limit: ForceLimit::Sum,
             volume: VolumeSettings::default(),
+            engine: PhysicsEngine::default(),
             displacement: DisplacementSettings::default(),
             shake: ShakeSettings::default(),
         }
@@ -186,6 +189,7 @@ impl Validate for EvaluationSettings {
             torque_scale: between(1e-4, 100.0).unit("m").source(PAPER_METRICS),
         }
         .with("force_limit", &(), ANY.source(PAPER_METRICS))
+        .with("engine", &(), ANY)
         .nested("metrics", &self.metrics)
         .nested("volume", &self.volume)
         .nested("displacement", &self.displacement)

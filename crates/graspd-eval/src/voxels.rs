@@ -21,8 +21,8 @@ pub(crate) fn count_common_voxels(a: &SignedDistance, b: &SignedDistance, size: 
     count
 }
 
-/// Calls `visit` with blocks of voxels (the first voxel and the side) whose centres all lie inside both solids, and which
-/// together hold all such voxels.
+/// Calls `visit` with blocks of voxels (the first voxel and the side) whose centres all lie inside
+/// both solids, and which together hold all such voxels.
 ///
 /// A block of voxels is skipped, or visited at once, as soon as its centre is farther from a surface than its
 /// corners are from its centre: a signed distance changes by no more than the distance moved.

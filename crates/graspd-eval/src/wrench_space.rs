@@ -44,11 +44,12 @@ impl FingerModel {
     /// The wrenches `(f; ((p - c) x f + m n) / s)` of unit normal force at each contact that span what the finger
     /// can exert.
     ///
-    /// The edges of a hard finger's pyramid are `f = n + mu t_k` with `edges` unit tangents t_k at equal angles, so
-    /// the normal component of every f is exactly 1. Without friction (`friction <= 0`) there is the one wrench of
-    /// f = n. A soft finger's friction force f_t and torque m about the normal share one limit,
-    /// `(|f_t| / mu)^2 + (m / gamma)^2 <= 1` with gamma the torsional friction; beside the hard finger's edges at
-    /// m = 0 it has as many at each of `m = +-gamma / sqrt(2)`, with `|f_t| = mu / sqrt(2)`, and f = n with m = +-gamma.
+    /// The edges of a hard finger's pyramid are `f = n + mu t_k` with `edges` unit tangents t_k at
+    /// equal angles, so the normal component of every f is exactly 1. Without friction (`friction
+    /// <= 0`) there is the one wrench of f = n. A soft finger's friction force f_t and torque m
+    /// about the normal share one limit, `(|f_t| / mu)^2 + (m / gamma)^2 <= 1` with gamma the
+    /// torsional friction; beside the hard finger's edges at m = 0 it has as many at each of `m =
+    /// +-gamma / sqrt(2)`, with `|f_t| = mu / sqrt(2)`, and f = n with m = +-gamma.
     ///
     /// c is the object's centre of mass \[m\]; the torque scale s \[m\], usually [`largest_radius`], makes torques
     /// commensurate with forces. Wrenches are `[fx, fy, fz, tx, ty, tz]`, contact by contact.

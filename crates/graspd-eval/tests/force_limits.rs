@@ -207,7 +207,10 @@ proptest! {
         let off: Vec<_> = contacts
             .iter()
             .enumerate()
-            .map(|(i, contact)| Contact { point: contact.point * (1.0 + 0.1 * i as f64) + Vector3::x() * 0.2, ..*contact })
+            .map(|(i, contact)| {
+                let point = contact.point * (1.0 + 0.1 * i as f64) + Vector3::x() * 0.2;
+                Contact { point, ..*contact }
+            })
             .chain(axes())
             .collect();
         let motion = Isometry3::new(Vector3::from(shift), Vector3::from(turn));

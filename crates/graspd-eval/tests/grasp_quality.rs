@@ -247,8 +247,8 @@ proptest! {
         prop_assert!((ratio / scale.powi(3) - 1.0).abs() < REFERENCE);
     }
 
-    /// Dividing torques by t times as much squeezes the space along them by 1/t: the ball in it shrinks by no more than
-    /// that, and never grows.
+    /// Dividing torques by t times as much squeezes the space along them by 1/t: the ball in it
+    /// shrinks by no more than that, and never grows.
     #[test]
     fn epsilon_falls_with_the_torque_scale_but_no_faster(scale in 0.2f64..2.0, ratio in 1.0f64..5.0) {
         let contacts = spiral(6);

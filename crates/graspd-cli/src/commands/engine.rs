@@ -1,4 +1,4 @@
-//! Physics engines outside this program: a Python script that runs a job.
+//! Physics engines: those inside this program, and those outside, which a Python script runs.
 
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -6,7 +6,7 @@ use std::process::{Command, Output, Stdio};
 
 use anyhow::{Context, Result, anyhow, bail};
 use clap::ValueEnum;
-use graspd_eval::{SimulationAnswer, SimulationJob};
+use graspd_eval::{PhysicsEngine, SimulationAnswer, SimulationJob};
 use tempfile::TempDir;
 
 /// The script, which is part of this program so that it is at hand wherever the program is.
@@ -17,8 +17,10 @@ const ENVIRONMENT: &str = "target/engines/bin/python";
 /// Which engine simulates.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
 pub(crate) enum Engine {
-    /// Built in
+    /// The built-in solver
     #[default]
+    Graspd,
+    /// The general-purpose engine rapier, built in
     Rapier,
     /// Bullet, through the Python package pybullet
     Pybullet,
@@ -36,16 +38,25 @@ pub(crate) struct OutsideEngine {
 }
 
 impl Engine {
+    /// Returns the engine if it is inside this program.
+    pub(crate) fn built_in(self) -> Option<PhysicsEngine> {
+        match self {
+            Self::Graspd => Some(PhysicsEngine::Graspd),
+            Self::Rapier => Some(PhysicsEngine::Rapier),
+            Self::Pybullet | Self::Mujoco => None,
+        }
+    }
+
     /// The engine, if it is not the one built in.
     ///
     /// # Errors
     /// If Python or the engine's package cannot be started; says how to get them.
     pub(crate) fn open(self, python: Option<&Path>) -> Result<Option<OutsideEngine>> {
         let name = match self {
-            Self::Rapier if python.is_some() => {
+            Self::Graspd | Self::Rapier if python.is_some() => {
                 bail!("--python is for engines outside this program; choose one with --engine")
             }
-            Self::Rapier => return Ok(None),
+            Self::Graspd | Self::Rapier => return Ok(None),
             Self::Pybullet => "pybullet",
             Self::Mujoco => "mujoco",
         };

@@ -46,9 +46,9 @@ pub(crate) struct Arguments {
     metrics: Option<Metrics>,
     #[command(flatten)]
     configuration: ConfigurationChoice,
-    /// Physics engine of sd, sd6 and shake (docs/metrics.md)
-    #[arg(long, value_enum, default_value_t = Engine::default())]
-    engine: Engine,
+    /// Physics engine of sd, sd6 and shake (docs/metrics.md); the setting evaluation.engine by default
+    #[arg(long, value_enum)]
+    engine: Option<Engine>,
     /// The Python interpreter that has the engine's package (by default that in target/engines, or python3)
     #[arg(long, value_name = "FILE")]
     python: Option<PathBuf>,
@@ -101,12 +101,17 @@ fn judge(arguments: &Arguments) -> Result<()> {
     if let Some(output) = &arguments.output {
         prepare_file(output, "-o")?;
     }
-    let outside = arguments.engine.open(arguments.python.as_deref())?;
+    let outside = arguments
+        .engine
+        .unwrap_or_default()
+        .open(arguments.python.as_deref())?;
     let configured = arguments.configuration.resolve(quiet)?;
     let configured = configured.configuration.evaluation;
     let metrics = arguments.metrics.unwrap_or(configured.metrics);
+    let engine = arguments.engine.and_then(Engine::built_in);
     let wanted = EvaluationSettings {
         metrics,
+        engine: engine.unwrap_or(configured.engine),
         ..configured
     };
     let settings = match outside {

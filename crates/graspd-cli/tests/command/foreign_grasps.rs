@@ -135,5 +135,7 @@ fn engines_that_are_not_installed_say_how_to_install_them() {
             "cargo xtask engines",
         ]);
     }
-    eval("rapier", "python3").fails_at_once(&["--python is for engines outside"]);
+    for engine in ["graspd", "rapier"] {
+        eval(engine, "python3").fails_at_once(&["--python is for engines outside"]);
+    }
 }

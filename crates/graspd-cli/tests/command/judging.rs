@@ -215,3 +215,30 @@ fn a_run_of_a_urdf_hand_finds_its_hand_again() {
     .gives_json();
     assert_eq!(others["grasps"][0]["hand"], "allegro");
 }
+
+#[test]
+fn either_built_in_engine_judges_and_is_named() {
+    let folder = &RUN.0;
+    let engine = |arguments: &[&str]| {
+        let common = ["eval", text(folder), "--metrics", "sd", "--json", "-q"];
+        let judged = graspd(common.iter().chain(arguments).copied()).gives_json();
+        let metrics = judged["grasps"][0]["metrics"].clone();
+        assert!(metrics["sim_displacement_cm"].as_f64().is_some());
+        metrics["sim_engine"]
+            .as_str()
+            .unwrap_or_default()
+            .to_owned()
+    };
+    assert_eq!(engine(&[]), "graspd 1");
+    assert!(engine(&["--engine", "rapier"]).starts_with("rapier 0."));
+    assert!(engine(&["--set", "evaluation.engine=\"rapier\""]).starts_with("rapier 0."));
+    assert_eq!(
+        engine(&[
+            "--set",
+            "evaluation.engine=\"rapier\"",
+            "--engine",
+            "graspd"
+        ]),
+        "graspd 1"
+    );
+}

@@ -14,7 +14,7 @@ use graspd_geom::TriangleMesh;
 use nalgebra::Point3;
 use serde::{Deserialize, Serialize};
 
-use super::piece::{ConvexPiece, simplified_hull};
+use super::convex_piece::{ConvexPiece, simplified_hull};
 use crate::polygon::{clip, crossing};
 
 /// How finely an object is cut into convex pieces.

@@ -66,7 +66,7 @@ impl Validate for DisplacementSettings {
 }
 
 impl DisplacementSettings {
-    /// How far an object falls that nothing touches, g t^2 / 2 \[m\] (10.4 cm by default): the largest
+    /// How far an object falls that nothing piece_contacts, g t^2 / 2 \[m\] (10.4 cm by default): the largest
     /// displacement that gravity alone can cause.
     pub fn free_fall(&self) -> f64 {
         let time = self.time_step * self.steps as f64;

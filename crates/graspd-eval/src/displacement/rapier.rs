@@ -1,4 +1,7 @@
-//! The same in the engine rapier, whole: what the tests compare with.
+//! The displacement by the general-purpose engine rapier.
+//!
+//! The world is the same: one dynamic body of convex pieces against a fixed triangle mesh, with the
+//! constants of the built-in solver.
 
 use nalgebra::{Point3, Vector3};
 use rapier3d_f64::math::{Matrix, Vector};
@@ -8,21 +11,18 @@ use rapier3d_f64::prelude::{
     RigidBodyBuilder, RigidBodyHandle, RigidBodySet, SharedShape,
 };
 
-use super::climbing::ClimbingPolyhedron;
-use super::fall::{LEAST_PREDICTION, MOST_PREDICTION, PREDICTED_STEPS, SUBSTEPS};
+use super::engine::{Simulation, World};
+use super::narrow_phase::RECYCLE_DISTANCE;
 use super::protocol::{DisplacementSettings, ObjectMotion};
-use super::search::RECYCLE_DISTANCE;
 use super::simulation::{DynamicObject, FixedHand};
+use super::world::{MAX_PREDICTION, MIN_PREDICTION, PREDICTED_STEPS, SUBSTEPS};
 use crate::EvaluationError;
 
-/// What rapier takes as one metre \[m\]: scales the fastest push-out of a penetration, to 0.3 m/s.
+/// What rapier takes as one metre \[m\]: scales the fastest row-out of a penetration, to 0.3 m/s.
 const LENGTH_UNIT: f64 = 0.1;
 
-/// An object at its pose beside a fixed hand, with the contacts of that pose found: what all simulations under one protocol
-/// begin with, whichever way gravity pulls.
-///
-/// The first search for contacts is the largest; where the hand holds the object, hardly any pair is looked at again.
-pub(super) struct Scene {
+/// The state from which all simulations under one protocol begin, with the contacts of that pose found.
+pub(super) struct RapierWorld {
     islands: IslandManager,
     broad_phase: BroadPhaseBvh,
     narrow_phase: NarrowPhase,
@@ -37,8 +37,8 @@ pub(super) struct Scene {
     radius: f64,
 }
 
-impl Scene {
-    /// The scene under a protocol; `settings` are valid.
+impl RapierWorld {
+    /// Places the object at the identity and finds its contacts; `settings` are valid.
     pub(super) fn new(
         object: &DynamicObject,
         hand: &FixedHand,
@@ -67,7 +67,7 @@ impl Scene {
         );
         for piece in &object.pieces {
             world.insert_collider(
-                ColliderBuilder::new(SharedShape::new(ClimbingPolyhedron::clone(piece)))
+                ColliderBuilder::new(SharedShape::new(piece.polyhedron().clone()))
                     .density(0.0)
                     .friction(settings.friction)
                     .friction_combine_rule(CoefficientCombineRule::Max)
@@ -96,9 +96,10 @@ impl Scene {
             radius: object.radius,
         }
     }
+}
 
-    /// Lets the object go under gravity in a direction of any length.
-    pub(super) fn let_go(&self, direction: [f64; 3]) -> Fall {
+impl World for RapierWorld {
+    fn release(&self, direction: [f64; 3]) -> Box<dyn Simulation> {
         let direction = Vector3::from(direction).normalize();
         let world = PhysicsWorld {
             gravity: Vector::from(<[f64; 3]>::from(direction * self.gravity)),
@@ -110,31 +111,18 @@ impl Scene {
             colliders: self.colliders.clone(),
             ..PhysicsWorld::new()
         };
-        Fall {
+        Box::new(RapierSimulation {
             world,
             body: self.body,
             center: self.center,
             radius: self.radius,
             steps_taken: 0,
-        }
-    }
-
-    /// Lets the object go for so many steps.
-    pub(super) fn simulate(
-        &self,
-        direction: [f64; 3],
-        steps: usize,
-    ) -> Result<ObjectMotion, EvaluationError> {
-        let mut fall = self.let_go(direction);
-        for _ in 0..steps {
-            fall.step()?;
-        }
-        Ok(fall.motion())
+        })
     }
 }
 
-/// An object let go beside a fixed hand, under gravity.
-pub(super) struct Fall {
+/// An object released beside a fixed hand.
+struct RapierSimulation {
     world: PhysicsWorld,
     body: RigidBodyHandle,
     /// The object's centre of mass at first.
@@ -144,15 +132,11 @@ pub(super) struct Fall {
     steps_taken: usize,
 }
 
-impl Fall {
-    /// Advances by one time step.
-    ///
-    /// # Errors
-    /// [`EvaluationError::Diverged`].
-    pub(super) fn step(&mut self) -> Result<(), EvaluationError> {
+impl Simulation for RapierSimulation {
+    fn step(&mut self) -> Result<(), EvaluationError> {
         let parameters = &self.world.integration_parameters;
-        let ahead = (PREDICTED_STEPS * self.fastest_speed() * parameters.dt)
-            .clamp(LEAST_PREDICTION, MOST_PREDICTION);
+        let ahead = (PREDICTED_STEPS * self.max_speed() * parameters.dt)
+            .clamp(MIN_PREDICTION, MAX_PREDICTION);
         self.world
             .integration_parameters
             .normalized_prediction_distance = ahead / LENGTH_UNIT;
@@ -166,14 +150,12 @@ impl Fall {
         Ok(())
     }
 
-    /// A bound on the speed of the object's fastest point \[m/s\].
-    pub(super) fn fastest_speed(&self) -> f64 {
+    fn max_speed(&self) -> f64 {
         let body = &self.world.bodies[self.body];
         body.linvel().length() + body.angvel().length() * self.radius
     }
 
-    /// How the object has moved so far.
-    pub(super) fn motion(&self) -> ObjectMotion {
+    fn motion(&self) -> ObjectMotion {
         let body = &self.world.bodies[self.body];
         let (before, after) = (self.center, body.center_of_mass());
         ObjectMotion {
@@ -191,7 +173,7 @@ fn integration_parameters(settings: &DisplacementSettings) -> IntegrationParamet
         num_internal_pgs_iterations: settings.solver_iterations.div_ceil(substeps),
         max_ccd_substeps: 0,
         length_unit: LENGTH_UNIT,
-        normalized_prediction_distance: LEAST_PREDICTION / LENGTH_UNIT,
+        normalized_prediction_distance: MIN_PREDICTION / LENGTH_UNIT,
         normalized_contact_recycle_distance: RECYCLE_DISTANCE / LENGTH_UNIT,
         friction_model: FrictionModel::Coulomb,
         ..IntegrationParameters::default()

@@ -5,14 +5,14 @@
 //! Theirs squeeze with a controlled hand; here, as for the displacement, the hand is fixed at its pose, so that the
 //! test needs nothing but two meshes.
 //!
-//! Fewer solver iterations than the displacement's 150 do: whether an object stays for two seconds depends on what holds it in
-//! the end, not on its first jolt.
+//! Fewer solver iterations than the displacement's 150 do: whether an object stays for two seconds
+//! depends on what holds it in the end, not on its first jolt.
 
 use graspd_settings::{AT_LEAST_ONE, NOT_NEGATIVE, POSITIVE, Ranges, Validate, ranges};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use super::fall::Scene;
+use super::engine::{PhysicsEngine, World};
 use super::protocol::{DisplacementSettings, SIX_DIRECTIONS};
 use super::simulation::{DynamicObject, FixedHand};
 use crate::EvaluationError;
@@ -120,7 +120,7 @@ impl ShakeOutcome {
 /// spare; the result does not depend on it.
 ///
 /// # Errors
-/// A setting out of range.
+/// A setting out of range, or an engine that this program was built without.
 ///
 /// # Source
 /// Mass, friction, six forces and their duration: DexGraspBench, the benchmark of J. Chen et al., "BODex: scalable and
@@ -129,33 +129,34 @@ pub fn shake(
     object: &DynamicObject,
     hand: &FixedHand,
     settings: &ShakeSettings,
+    engine: PhysicsEngine,
 ) -> Result<ShakeOutcome, EvaluationError> {
     settings.validate()?;
-    let scene = Scene::new(object, hand, &settings.under(SIX_DIRECTIONS[0]));
+    let world = engine.world(object, hand, &settings.under(SIX_DIRECTIONS[0]))?;
     let mut withstood = [false; 6];
     SIX_DIRECTIONS
         .into_par_iter()
-        .map(|direction| stays(&scene, settings, direction))
+        .map(|direction| stays(&*world, settings, direction))
         .zip(withstood.par_iter_mut())
         .for_each(|(stays, withstood)| *withstood = stays);
     Ok(ShakeOutcome { withstood })
 }
 
 /// Whether the object stays while one force pulls.
-fn stays(scene: &Scene, settings: &ShakeSettings, direction: [f64; 3]) -> bool {
-    let mut fall = scene.let_go(direction);
+fn stays(world: &dyn World, settings: &ShakeSettings, direction: [f64; 3]) -> bool {
+    let mut simulation = world.release(direction);
     let mut quiet_since = 0;
     for step in 0..settings.under(direction).steps {
-        if fall.step().is_err() {
+        if simulation.step().is_err() {
             return false;
         }
-        let motion = fall.motion();
+        let motion = simulation.motion();
         if motion.displacement_cm() > 100.0 * settings.max_displacement
             || motion.rotation > settings.max_rotation
         {
             return false;
         }
-        if fall.fastest_speed() > REST_SPEED {
+        if simulation.max_speed() > REST_SPEED {
             quiet_since = step + 1;
         } else if (step + 1 - quiet_since) as f64 * settings.time_step >= REST_TIME {
             return true;

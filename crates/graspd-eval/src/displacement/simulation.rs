@@ -1,21 +1,19 @@
-//! The displacement protocol: an object of convex pieces, let go beside a fixed hand.
+//! The displacement: an object of convex pieces, released beside a fixed hand.
 //!
-//! Contacts come from parry, the library of shapes below the engine rapier, and are solved by rapier's equations, arranged for the one
-//! case there is here: one body that moves, against a hand that does not. A test compares steps with the engine's own.
-//!
-//! What is chosen here, beyond the protocol:
-//! * The hand is one fixed triangle mesh whose contact normals are kept within the cone of the neighbouring faces'
-//!   normals, so that neither the edges between its triangles nor the cuts between the object's pieces deflect
-//!   the object.
-//! * Contacts are soft constraints. Grasps press into the object by up to a millimetre, and opposite contacts
-//!   cannot both be freed: stiffness then decides how hard they squeeze. We keep rapier's values for contacts with
-//!   a fixed body (60 Hz, ten times critical damping: 142 N per mm of penetration for 1 kg), which let go of a
-//!   penetration within about 50 ms and add no energy.
+//! What is chosen here, beyond the protocol, for every engine inside this program:
+//! * The hand is one fixed triangle mesh. Contact normals are kept within the cone of the
+//!   neighbouring faces' normals, so that neither edges between its triangles nor cuts between the
+//!   object's pieces deflect the object.
+//! * Contacts are soft constraints. Grasps press into the object by up to a millimetre, and
+//!   opposite contacts cannot both be freed: stiffness then decides how hard they squeeze. The
+//!   constants are rapier's for contacts with a fixed body (60 Hz, ten times critical damping: 142
+//!   N per mm of penetration for 1 kg), which resolve a penetration within about 50 ms and add no
+//!   energy.
 //! * Lengths that rapier tunes for objects of metres are scaled to objects of decimetres.
-//! * One friction constraint per contact point (Coulomb), not one per patch.
-//! * Contacts are predicted over 3 mm, and an object that falls freely moves 6 mm in its fastest step: nothing thicker
-//!   than 3 mm tunnels. There is no continuous collision detection; a thin shell may pass a finger, but only once it
-//!   has fallen 2.5 cm and counts as lost.
+//! * Friction acts at each contact point (Coulomb), not once per manifold.
+//! * Contacts are predicted over 3 mm, and an object in free fall moves 6 mm in its fastest step:
+//!   nothing thicker than 3 mm tunnels. There is no continuous collision detection; a thin shell
+//!   may pass a finger, but only once it has fallen 2.5 cm and counts as lost.
 
 use std::sync::Arc;
 
@@ -26,17 +24,17 @@ use parry3d_f64::math::Vector;
 use parry3d_f64::shape::{ConvexPolyhedron, TriMesh, TriMeshFlags};
 use rayon::prelude::*;
 
-use super::climbing::ClimbingPolyhedron;
 use super::decomposition::ObjectPieces;
-use super::fall::Scene;
+use super::engine::PhysicsEngine;
+use super::hill_climbing::HillClimbingPolyhedron;
+use super::narrow_phase::HandSurface;
 use super::protocol::{DisplacementSettings, ObjectMotion, SIX_DIRECTIONS, SixDisplacements};
-use super::search::HandSurface;
 use crate::EvaluationError;
 
 /// An object ready to be simulated: convex pieces and mass properties. Made once, shared by all of its grasps.
 #[derive(Clone)]
 pub struct DynamicObject {
-    pub(super) pieces: Vec<Arc<ClimbingPolyhedron>>,
+    pub(super) pieces: Vec<Arc<HillClimbingPolyhedron>>,
     pub(super) center_of_mass: Point3<f64>,
     /// Largest distance of a vertex from the centre of mass \[m\].
     pub(super) radius: f64,
@@ -61,7 +59,7 @@ impl DynamicObject {
             let vertices: Vec<_> = piece.vertices.iter().map(|p| Vector::from(*p)).collect();
             let polyhedron = ConvexPolyhedron::from_convex_mesh(vertices.clone(), &piece.faces)
                 .or_else(|| ConvexPolyhedron::from_convex_hull(&vertices))?;
-            Some(Arc::new(ClimbingPolyhedron::new(polyhedron)))
+            Some(Arc::new(HillClimbingPolyhedron::new(polyhedron)))
         });
         Self {
             pieces: pieces.collect(),
@@ -110,19 +108,21 @@ impl FixedHand {
     }
 }
 
-/// Lets the object go at its pose (the identity) under gravity, the hand fixed.
+/// Releases the object at its pose (the identity) under gravity, the hand fixed, and returns its motion.
 ///
-/// The same input gives the same bits: all happens on the calling thread.
+/// The same input gives the same bits: everything runs on the calling thread.
 ///
 /// # Errors
-/// A setting out of range, or [`EvaluationError::Diverged`].
+/// A setting out of range, an engine that this program was built without, or [`EvaluationError::Diverged`].
 pub fn simulate(
     object: &DynamicObject,
     hand: &FixedHand,
     settings: &DisplacementSettings,
+    engine: PhysicsEngine,
 ) -> Result<ObjectMotion, EvaluationError> {
     settings.validate()?;
-    Scene::new(object, hand, settings).simulate(settings.gravity_direction, settings.steps)
+    let world = engine.world(object, hand, settings)?;
+    world.simulate(settings.gravity_direction, settings.steps)
 }
 
 /// [`simulate`] under gravity along each axis of the object's frame, whatever `settings.gravity_direction` says.
@@ -135,17 +135,18 @@ pub fn simulate_six_directions(
     object: &DynamicObject,
     hand: &FixedHand,
     settings: &DisplacementSettings,
+    engine: PhysicsEngine,
 ) -> Result<SixDisplacements, EvaluationError> {
     let settings = DisplacementSettings {
         gravity_direction: SIX_DIRECTIONS[0],
         ..settings.clone()
     };
     settings.validate()?;
-    let scene = Scene::new(object, hand, &settings);
+    let world = engine.world(object, hand, &settings)?;
     let results: Vec<_> = SIX_DIRECTIONS
         .into_par_iter()
         .map(|direction| {
-            let motion = scene.simulate(direction, settings.steps);
+            let motion = world.simulate(direction, settings.steps);
             motion.map(|motion| motion.displacement_cm())
         })
         .collect();

@@ -1,124 +1,128 @@
-//! One time step of a body in contact with a fixed hand.
+//! One time step of a rigid body in contact with a fixed hand, by sequential impulses with substeps.
 //!
-//! The step is cut into substeps. In each, gravity acts, and then all normals are solved again and again, softly, so that they let go of an
-//! overlap at a limited speed; the body moves on, and one pass with rigid contacts and friction takes out of its velocity what only pushed
-//! the overlap apart. Impulses are kept from substep to substep and from step to step.
+//! In each substep gravity acts; all normal constraints are solved `iterations` times with soft
+//! contacts, which push overlaps apart at a limited speed; the body moves; and one relaxing pass
+//! with rigid contacts and friction removes from the velocity what only pushed overlaps apart.
+//! Impulses are kept from substep to substep and from step to step.
 //!
-//! No pass is left out: where a hand presses hard, impulses still change in the last one, and where the object ends depends on it.
+//! Manifolds are solved in the order in which they are added: Gauss-Seidel does not converge within
+//! 15 passes where a hand presses hard, so that results depend on the order by some hundredths of a
+//! centimetre.
 //!
 //! # Source
-//! M. Macklin et al., "Small steps in physics simulation", SCA 2019; soft contacts with a relaxing pass: E. Catto, "Solver2D", 2024, as in rapier
-//! 0.36, whose equations, order and constants these are.
+//! M. Macklin et al., "Small steps in physics simulation", SCA 2019; soft contacts with a relaxing
+//! pass: E. Catto, "Solver2D", 2024. Constants as in rapier 0.36.
 
 use parry3d_f64::math::{Matrix, Vector};
 
-use super::body::{Body, Velocity};
-use super::constraint::{Coupling, FrictionPart, NormalPart, Push};
-use super::patch::Patch;
-use super::reduction::tangents;
+use super::contact_constraint::{FrictionConstraint, JacobianRow, NormalConstraint, NormalPair};
+use super::manifold::Manifold;
+use super::manifold_reduction::tangents;
+use super::rigid_body::{RigidBody, Velocity};
 
-/// Of contacts as springs: natural frequency \[rad/s\] and damping ratio.
+/// Natural frequency of soft contacts \[rad/s\].
 const FREQUENCY: f64 = 60.0 * std::f64::consts::TAU;
+/// Damping ratio of soft contacts.
 const DAMPING: f64 = 10.0;
-/// The fastest push-out of an overlap \[m/s\].
-const MOST_PUSH: f64 = 0.3;
+/// Largest speed at which an overlap is pushed apart \[m/s\].
+const MAX_PUSH_SPEED: f64 = 0.3;
 
-/// How a step is solved, whatever the contacts.
+/// Constants of a step.
 #[derive(Clone, Copy)]
 pub(super) struct StepSettings {
-    /// Time step \[s\]. Of a step without length nothing moves.
+    /// Time step \[s\].
     pub(super) step: f64,
     pub(super) substeps: usize,
-    /// Passes over the normals in each substep.
+    /// Passes over the normal constraints in each substep.
     pub(super) iterations: usize,
-    /// Of the pair.
+    /// Friction coefficient of the pair.
     pub(super) friction: f64,
-    /// Of the pair.
+    /// Restitution of the pair.
     pub(super) restitution: f64,
 }
 
-/// What stays about a point within a step.
-struct Anchor {
-    /// From the centre of mass, along the object's axes.
+/// State of a point within a step.
+struct PointState {
+    /// Point relative to the centre of mass, along the object's axes \[m\].
     on_object: Vector,
-    /// The gap where the point's place along the normal is 0.
+    /// Gap minus the projection of the point onto the normal \[m\]: constant within a step.
     gap_at_origin: f64,
-    /// How fast to leave after the step, if it has been loaded then.
+    /// Separation speed by restitution, applied after the step if the point was loaded \[m/s\].
     bounce: f64,
     /// Whether it has been loaded.
-    bore: bool,
+    was_loaded: bool,
 }
 
-/// Points that are solved together.
+/// One point, or two that are solved together.
 struct Group {
     first: usize,
-    /// Of the first with the one after it.
-    coupling: Option<Coupling>,
+    /// Block solver of the first with the one after it.
+    coupling: Option<NormalPair>,
 }
 
-/// Solves steps; kept, so that it need not allocate each time.
+/// Contact solver; its buffers are reused from step to step.
 #[derive(Default)]
 pub(super) struct Solver {
-    normals: Vec<NormalPart>,
-    anchors: Vec<Anchor>,
-    frictions: Vec<FrictionPart>,
+    normals: Vec<NormalConstraint>,
+    states: Vec<PointState>,
+    frictions: Vec<FrictionConstraint>,
     groups: Vec<Group>,
-    /// Of each patch, the groups and the points up to its end.
+    /// Number of groups and of points up to the end of each manifold.
     ends: Vec<[usize; 2]>,
-    taken_back: usize,
+    stored_points: usize,
 }
 
 impl Solver {
-    /// Forgets the step before.
+    /// Removes all manifolds.
     pub(super) fn clear(&mut self) {
         self.normals.clear();
-        self.anchors.clear();
+        self.states.clear();
         self.frictions.clear();
         self.groups.clear();
         self.ends.clear();
-        self.taken_back = 0;
+        self.stored_points = 0;
     }
 
-    /// Adds a patch, after all that are solved before it.
+    /// Adds a manifold after those added before.
     pub(super) fn add(
         &mut self,
-        patch: &Patch,
-        body: &Body,
+        manifold: &Manifold,
+        body: &RigidBody,
         inverse_inertia: &Matrix,
         settings: &StepSettings,
     ) {
-        let normal = patch.normal;
+        let normal = manifold.normal;
         let along = tangents(normal);
         let first = self.normals.len();
-        for place in patch.solved() {
-            let point = &patch.points()[place];
+        for place in manifold.solved() {
+            let point = &manifold.points()[place];
             let arm = point.arm;
             let bounces =
-                settings.restitution > 0.0 && (!point.bore || settings.restitution >= 1.0);
+                settings.restitution > 0.0 && (!point.was_loaded || settings.restitution >= 1.0);
             let bounce = if bounces {
                 let speed = body.velocity.linear + body.velocity.angular.cross(arm);
                 -settings.restitution * speed.dot(normal)
             } else {
                 0.0
             };
-            self.anchors.push(Anchor {
+            self.states.push(PointState {
                 on_object: body.rotation.inverse() * arm,
                 gap_at_origin: point.gap(normal, body) - (body.center + arm).dot(normal),
                 bounce,
-                bore: false,
+                was_loaded: false,
             });
-            let push = Push::new(normal, arm, inverse_inertia);
-            self.normals.push(NormalPart::new(push, point.impulse));
-            let pushes = along.map(|tangent| Push::new(tangent, arm, inverse_inertia));
+            let row = JacobianRow::new(normal, arm, inverse_inertia);
+            self.normals.push(NormalConstraint::new(row, point.impulse));
+            let rows = along.map(|tangent| JacobianRow::new(tangent, arm, inverse_inertia));
             self.frictions
-                .push(FrictionPart::new(pushes, point.friction));
+                .push(FrictionConstraint::new(rows, point.friction));
         }
         let last = self.normals.len();
         let mut next = first;
         while next < last {
             let pair = &self.normals[next..last.min(next + 2)];
             let coupling = match pair {
-                [a, b] => Coupling::new(a, b),
+                [a, b] => NormalPair::new(a, b),
                 _ => None,
             };
             for offset in 0..pair.len() {
@@ -132,12 +136,12 @@ impl Solver {
         self.ends.push([self.groups.len(), last]);
     }
 
-    /// Moves the body by one step under all patches added.
-    pub(super) fn solve(&mut self, body: &mut Body, gravity: Vector, settings: &StepSettings) {
+    /// Advances the body by one step under all manifolds added.
+    pub(super) fn solve(&mut self, body: &mut RigidBody, gravity: Vector, settings: &StepSettings) {
         let time = settings.step / settings.substeps as f64;
         for _ in 0..settings.substeps {
             body.accelerate(gravity, time);
-            self.aim(body, time, true);
+            self.set_targets(body, time, true);
             for (normal, friction) in self.normals.iter().zip(&self.frictions) {
                 normal.warm_start(&mut body.velocity);
                 friction.warm_start(&mut body.velocity);
@@ -146,44 +150,44 @@ impl Solver {
                 self.pass(body);
             }
             body.advance(time, settings.step);
-            self.aim(body, time, false);
+            self.set_targets(body, time, false);
             self.relax(body, settings.friction);
-            for (anchor, normal) in self.anchors.iter_mut().zip(&self.normals) {
-                anchor.bore |= normal.impulse > 0.0;
+            for (state, normal) in self.states.iter_mut().zip(&self.normals) {
+                state.was_loaded |= normal.impulse > 0.0;
             }
         }
-        for (anchor, normal) in self.anchors.iter().zip(&mut self.normals) {
-            if anchor.bounce > 0.0 && anchor.bore {
-                normal.bounce(anchor.bounce, &mut body.velocity);
+        for (state, normal) in self.states.iter().zip(&mut self.normals) {
+            if state.bounce > 0.0 && state.was_loaded {
+                normal.bounce(state.bounce, &mut body.velocity);
             }
         }
     }
 
-    /// Writes the impulses back to a patch; in the order in which they were added.
-    pub(super) fn take_back(&mut self, patch: &mut Patch) {
-        for place in patch.solved() {
-            let point = &mut patch.points_mut()[place];
-            let index = self.taken_back;
+    /// Stores the impulses in a manifold, for warm starts; to be called in the order of [`Solver::add`].
+    pub(super) fn store_impulses(&mut self, manifold: &mut Manifold) {
+        for place in manifold.solved() {
+            let point = &mut manifold.points_mut()[place];
+            let index = self.stored_points;
             point.impulse = self.normals[index].impulse;
             point.friction = self.frictions[index].total();
-            point.bore = self.anchors[index].bore;
-            self.taken_back += 1;
+            point.was_loaded = self.states[index].was_loaded;
+            self.stored_points += 1;
         }
     }
 
-    /// Sets how fast each point should be closing or opening where the body is now, with or without letting go of overlaps.
-    fn aim(&mut self, body: &Body, time: f64, lets_go: bool) {
+    /// Sets target speed and softness of each point at the present pose, with or without pushing overlaps apart.
+    fn set_targets(&mut self, body: &RigidBody, time: f64, pushes_out: bool) {
         let per_time = if time > 0.0 { 1.0 / time } else { 0.0 };
         let push_rate = FREQUENCY / (time * FREQUENCY + 2.0 * DAMPING);
         let softness = softness(time * push_rate);
         let turned = Matrix::from_quat(body.rotation);
-        for (anchor, normal) in self.anchors.iter().zip(&mut self.normals) {
-            let place = body.center + turned * anchor.on_object;
-            let gap = anchor.gap_at_origin + place.dot(normal.push.direction);
+        for (state, normal) in self.states.iter().zip(&mut self.normals) {
+            let place = body.center + turned * state.on_object;
+            let gap = state.gap_at_origin + place.dot(normal.row.direction);
             normal.target = gap.max(0.0) * per_time;
             normal.softness = 1.0;
-            if lets_go && gap <= 0.0 {
-                normal.target += (gap * push_rate).max(-MOST_PUSH);
+            if pushes_out && gap <= 0.0 {
+                normal.target += (gap * push_rate).max(-MAX_PUSH_SPEED);
                 normal.softness = softness;
             }
         }
@@ -194,8 +198,8 @@ impl Solver {
         }
     }
 
-    /// Solves all normals once.
-    fn pass(&mut self, body: &mut Body) {
+    /// Solves all normal constraints once.
+    fn pass(&mut self, body: &mut RigidBody) {
         let mut velocity = body.velocity;
         for group in &self.groups {
             group.solve(&mut self.normals, &mut velocity);
@@ -203,8 +207,8 @@ impl Solver {
         body.velocity = velocity;
     }
 
-    /// Solves all once with friction, patch by patch.
-    fn relax(&mut self, body: &mut Body, coefficient: f64) {
+    /// Solves all constraints once with friction, manifold by manifold.
+    fn relax(&mut self, body: &mut RigidBody, coefficient: f64) {
         let mut velocity = body.velocity;
         let [mut group, mut point] = [0, 0];
         for &[last_group, last_point] in &self.ends {
@@ -212,8 +216,8 @@ impl Solver {
                 group.solve(&mut self.normals, &mut velocity);
             }
             for index in point..last_point {
-                let most = coefficient * self.normals[index].impulse;
-                self.frictions[index].solve(most, &mut velocity);
+                let max_impulse = coefficient * self.normals[index].impulse;
+                self.frictions[index].solve(max_impulse, &mut velocity);
             }
             [group, point] = [last_group, last_point];
         }
@@ -223,7 +227,7 @@ impl Solver {
 
 impl Group {
     #[inline(always)]
-    fn solve(&self, normals: &mut [NormalPart], velocity: &mut Velocity) {
+    fn solve(&self, normals: &mut [NormalConstraint], velocity: &mut Velocity) {
         match &self.coupling {
             None => normals[self.first].solve(velocity),
             Some(coupling) => {
@@ -235,7 +239,7 @@ impl Group {
     }
 }
 
-/// What a soft contact keeps of an impulse, if in a substep it lets go of this part of its overlap.
+/// Returns the factor on impulses of a soft contact that resolves this fraction of its overlap in a substep.
 fn softness(part: f64) -> f64 {
     if part == 0.0 {
         return 1.0;

@@ -1,4 +1,4 @@
-//! Analytic scenes: free fall, cages, plates that squeeze or support.
+//! Analytic scenes: free simulation, cages, plates that squeeze or support.
 
 use graspd_geom::TriangleMesh;
 use graspd_settings::Validate;
@@ -7,6 +7,7 @@ use nalgebra::{Matrix3, Point3, Vector3};
 use super::*;
 use crate::test_shapes::{box_mesh, sphere_mesh, together};
 
+const GRASPD: PhysicsEngine = PhysicsEngine::Graspd;
 const SIZE: [f64; 3] = [0.06, 0.08, 0.05];
 /// Of the engine's integration: relative error 1 / (35 steps x 10 substeps).
 const FREE_FALL_CM: f64 = 10.42;
@@ -37,7 +38,7 @@ fn plate(axis: usize, sign: f64, press: f64) -> TriangleMesh {
 
 fn displacement(parts: &[TriangleMesh], settings: &DisplacementSettings) -> f64 {
     let hand = FixedHand::new(&together(parts)).unwrap();
-    simulate(&box_object(), &hand, settings)
+    simulate(&box_object(), &hand, settings, GRASPD)
         .unwrap()
         .displacement_cm()
 }
@@ -50,7 +51,7 @@ fn free_fall_without_touch() {
     let fallen = displacement(&far, &settings);
     assert!((fallen / FREE_FALL_CM - 1.0).abs() < 0.005, "{fallen}");
     let hand = FixedHand::new(&far[0]).unwrap();
-    let six = simulate_six_directions(&box_object(), &hand, &settings).unwrap();
+    let six = simulate_six_directions(&box_object(), &hand, &settings, GRASPD).unwrap();
     for (along, expected) in six.per_direction_cm.iter().zip([fallen; 6]) {
         assert!((along - expected).abs() < 1e-9);
     }
@@ -60,7 +61,13 @@ fn free_fall_without_touch() {
 #[test]
 fn gravity_pulls_along_its_direction() {
     let hand = FixedHand::new(&box_mesh([1.0, 0.0, 0.0], [0.1; 3])).unwrap();
-    let motion = simulate(&box_object(), &hand, &DisplacementSettings::default()).unwrap();
+    let motion = simulate(
+        &box_object(),
+        &hand,
+        &DisplacementSettings::default(),
+        GRASPD,
+    )
+    .unwrap();
     let [x, y, z] = motion.displacement;
     assert!(y > 0.1 && x.abs() < 1e-9 && z.abs() < 1e-9);
     assert!(motion.rotation < 1e-9);
@@ -73,7 +80,7 @@ fn a_caged_object_stays() {
         .collect();
     let settings = DisplacementSettings::default();
     let hand = FixedHand::new(&together(&cage)).unwrap();
-    let six = simulate_six_directions(&box_object(), &hand, &settings).unwrap();
+    let six = simulate_six_directions(&box_object(), &hand, &settings, GRASPD).unwrap();
     assert!(six.per_direction_cm.iter().all(|d| *d < HELD_CM), "{six:?}");
 }
 
@@ -146,7 +153,13 @@ fn the_same_scene_gives_the_same_bits() {
     ]);
     let run = move || {
         let hand = FixedHand::new(&hand).unwrap();
-        simulate(&box_object(), &hand, &DisplacementSettings::default()).unwrap()
+        simulate(
+            &box_object(),
+            &hand,
+            &DisplacementSettings::default(),
+            GRASPD,
+        )
+        .unwrap()
     };
     let first = run();
     assert_eq!(first, run());
@@ -246,7 +259,9 @@ fn a_thin_cup_stays_hollow() {
         gravity_direction: [0.0, 0.0, -1.0],
         ..settings
     };
-    let moved = simulate(&object, &inside, &down).unwrap().displacement_cm();
+    let moved = simulate(&object, &inside, &down, GRASPD)
+        .unwrap()
+        .displacement_cm();
     assert!((moved / FREE_FALL_CM - 1.0).abs() < 0.01, "{moved}");
 }
 
@@ -286,11 +301,13 @@ fn a_scanned_mug_stays_hollow() {
 
 fn shaken(parts: &[TriangleMesh], settings: &ShakeSettings) -> [bool; 6] {
     let hand = FixedHand::new(&together(parts)).unwrap();
-    shake(&box_object(), &hand, settings).unwrap().withstood
+    shake(&box_object(), &hand, settings, GRASPD)
+        .unwrap()
+        .withstood
 }
 
-/// Plates pressed in by 0.1 mm hold the box whatever friction there is along their normals, and with it along the plates,
-/// too, as long as it carries the weight.
+/// Plates pressed in by 0.1 mm hold the box whatever friction there is along their normals, and
+/// with it along the plates, too, as long as it carries the weight.
 #[test]
 fn plates_withstand_the_forces_that_their_friction_carries() {
     let settings = ShakeSettings::default();
@@ -359,7 +376,7 @@ fn shakes_with_nonsense_are_refused() {
             duration: bad,
             ..ShakeSettings::default()
         };
-        let message = shake(&box_object(), &hand, &settings).unwrap_err();
+        let message = shake(&box_object(), &hand, &settings, GRASPD).unwrap_err();
         assert!(message.to_string().contains("`duration`"), "{message}");
     }
 }

@@ -1,11 +1,12 @@
 //! The depth of the origin once it is inside: of the growing polytope, only the facets nearer than a known bound.
 //!
-//! A facet with vertices w_1 ... w_D is the point u with `w_i . u = 1` of the polar polytope `{u : w . u <= 1}`, and its
-//! distance from the origin is 1 / |u|. Facets farther than an upper bound on the depth are the vertices inside a ball B about the
-//! origin, and never matter again: B is convex, so an edge between two of them stays inside, and so do all vertices that cuts put
-//! there. What is kept is therefore the vertices outside of B with their D edges, of which each leads to another
-//! one, or into B. A new point p cuts off the vertices with `p . u > 1`; the new vertices lie where its hyperplane
-//! meets
+//! A facet with vertices w_1 ... w_D is the point u with `w_i . u = 1` of the polar polytope `{u :
+//! w . u <= 1}`, and its distance from the origin is 1 / |u|. Facets farther than an upper bound on
+//! the depth are the vertices inside a ball B about the origin, and never matter again: B is
+//! convex, so an edge between two of them stays inside, and so do all vertices that cuts put there.
+//! What is kept is therefore the vertices outside of B with their D edges, of which each leads to
+//! another one, or into B. A new point p cuts off the vertices with `p . u > 1`; the new vertices
+//! lie where its hyperplane meets
 //!
 //! * an edge from a vertex cut off to one that stays,
 //! * an edge that leads into B, before it gets there. It may begin at either kind of vertex.
@@ -13,8 +14,9 @@
 //! Two new vertices are joined by an edge where they have all points but one in common; every other edge within the
 //! hyperplane leads into B. Of a hundred thousand facets of the polytope one in ten is ever looked at.
 //!
-//! An edge that ought to lead into B but misses it, or more than two vertices on one edge, is the work of rounding: then
-//! the caller starts over with the whole polytope, which can be checked as such.
+//! An edge that ought to lead into B but misses it, or more than two vertices on one edge, is the
+//! work of rounding: then the caller starts over with the whole polytope, which can be checked as
+//! such.
 
 use std::collections::BinaryHeap;
 
@@ -387,8 +389,9 @@ impl<const D: usize> Frontier<D> {
 
     /// The vertex where a point's hyperplane meets edge k, if it does before the edge gets into the ball.
     ///
-    /// It does where one end of the edge is cut off and the other stays, and ends are judged as vertices are: what is beyond
-    /// the hyperplane by no more than rounding stays. An edge into the ball ends where it gets there.
+    /// It does where one end of the edge is cut off and the other stays, and ends are judged as
+    /// vertices are: what is beyond the hyperplane by no more than rounding stays. An edge into the
+    /// ball ends where it gets there.
     fn on_edge(
         &mut self,
         frame: &Frame<D>,

@@ -1,4 +1,5 @@
-//! Points in groups of neighbours, and those in groups, so that most of them need no look when the farthest one is sought.
+//! Points in groups of neighbours, and those in groups, so that most of them need no look when the
+//! farthest one is sought.
 
 /// Points of a group, and groups of a larger one.
 const SIZE: usize = 16;
@@ -78,8 +79,8 @@ impl<const D: usize> Leaves<D> {
         leaves
     }
 
-    /// The point whose component along the direction is the largest, if that is larger than `least`; the one of the first group
-    /// among equals.
+    /// The point whose component along the direction is the largest, if that is larger than
+    /// `least`; the one of the first group among equals.
     pub(super) fn farthest_beyond(&mut self, direction: &[f64; D], least: f64) -> Option<u32> {
         let mut bounds = std::mem::take(&mut self.bounds);
         self.outer.reach(direction, 0, &mut bounds);

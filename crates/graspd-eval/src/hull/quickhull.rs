@@ -17,13 +17,13 @@ const MOST_OUTSIDE: usize = 500;
 pub(super) enum Order {
     /// Of the facet that got points before any other.
     Found,
-    /// Of the facet whose pyramid with its farthest point has the most volume, so that a polytope that ends early lacks little; and
-    /// it does where there is little hope of an end.
+    /// Of the facet whose pyramid with its farthest point has the most volume, so that a polytope
+    /// that ends early lacks little; and it does where there is little hope of an end.
     MostVolume,
 }
 
-/// Grows the simplex until no point is outside; `false` where that would take more than `max_facets`, or where the order gives
-/// up, with the polytope of the points taken in by then.
+/// Grows the simplex until no point is outside; `false` where that would take more than
+/// `max_facets`, or where the order gives up, with the polytope of the points taken in by then.
 ///
 /// A point that is outside belongs to one of the facets that it is above; a facet's points form a linked list
 /// that begins with the farthest. When facets give way, their points move to new facets, or turn out inside.

@@ -34,8 +34,8 @@ const MOST_EXCHANGES: usize = 2000;
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct VolumeSettings {
-    /// A hull of up to this many facets is constructed, and its volume is exact; one with 8000 facets and more than 500 points
-    /// still outside is taken for one of more.
+    /// A hull of up to this many facets is constructed, and its volume is exact; one with 8000
+    /// facets and more than 500 points still outside is taken for one of more.
     #[serde(alias = "most_facets")]
     pub max_facets: usize,
     /// Beyond, directions are sampled until the half width of the 95 % interval, relative to the volume, is below
@@ -108,14 +108,16 @@ impl HullVolume {
 
 /// The volume of the hull of `points`.
 ///
-/// A hull of more than `max_facets` facets is abandoned at that size, or as soon as it shows that it will have more; what has
-/// been built by then is a polytope P within it that fills most of it. With points x uniform in P and r the distance of a boundary from
-/// an interior point c in the direction of x, the whole volume is
+/// A hull of more than `max_facets` facets is abandoned at that size, or as soon as it shows that
+/// it will have more; what has been built by then is a polytope P within it that fills most of it.
+/// With points x uniform in P and r the distance of a boundary from an interior point c in the
+/// direction of x, the whole volume is
 ///
 /// `vol(P) E[(r_hull(x) / r_P(x))^D]`,
 ///
-/// whose terms are all at least 1 and, unless `max_facets` is small, close to it. A ray leaves P through a known facet, and from that facet linear
-/// programming finds the one through which it leaves the hull. The same settings give the same estimate.
+/// whose terms are all at least 1 and, unless `max_facets` is small, close to it. A ray leaves P
+/// through a known facet, and from that facet linear programming finds the one through which it
+/// leaves the hull. The same settings give the same estimate.
 ///
 /// # Errors
 /// [`EvaluationError::NotFinite`] for a coordinate that is NaN or infinite.

@@ -1,39 +1,46 @@
-//! The one body that moves: the object, let go.
+//! The one body that moves: the object.
 
 use nalgebra::{Matrix3, Point3};
 use parry3d_f64::mass_properties::MassProperties;
 use parry3d_f64::math::{Matrix, Pose, Rotation, Vector};
 
-/// Faster than this \[m/s\] no centre of mass becomes.
-const MOST_SPEED: f64 = 40.0;
-/// Farther than this \[rad\] no body turns in a step.
-const MOST_TURN: f64 = std::f64::consts::FRAC_PI_4;
+/// Largest speed of the centre of mass \[m/s\].
+const MAX_SPEED: f64 = 40.0;
+/// Largest rotation in one step \[rad\].
+const MAX_TURN: f64 = std::f64::consts::FRAC_PI_4;
 
-/// How a body moves.
+/// Linear and angular velocity.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Velocity {
-    /// Of the centre of mass \[m/s\].
+    /// Velocity of the centre of mass \[m/s\].
     pub(super) linear: Vector,
-    /// \[rad/s\].
+    /// Angular velocity \[rad/s\].
     pub(super) angular: Vector,
 }
 
-/// The object as a rigid body. Its mass is of no account: all that acts on it are gravity and contacts with a fixed hand whose
-/// softness is relative to the mass.
+impl Velocity {
+    /// Returns an upper bound on the speed of points within `radius` \[m\] of the centre of mass \[m/s\].
+    pub(super) fn max_speed(&self, radius: f64) -> f64 {
+        self.linear.length() + self.angular.length() * radius
+    }
+}
+
+/// The object as a rigid body of 1 kg: under gravity and contacts with a fixed hand whose softness
+/// is relative to the mass, its motion does not depend on the mass.
 #[derive(Clone)]
-pub(super) struct Body {
-    /// Where its centre of mass is \[m\].
+pub(super) struct RigidBody {
+    /// Position of the centre of mass \[m\].
     pub(super) center: Vector,
     pub(super) rotation: Rotation,
     pub(super) velocity: Velocity,
     /// The centre of mass in the object's own frame \[m\].
     center_in_object: Vector,
-    /// Of 1 kg.
+    /// Mass properties for 1 kg.
     mass: MassProperties,
 }
 
-impl Body {
-    /// At rest, its frame at the identity. About an axis without inertia it does not turn.
+impl RigidBody {
+    /// Makes a body at rest with its frame at the identity. It does not rotate about an axis without inertia.
     pub(super) fn at_rest(center: Point3<f64>, unit_inertia: &Matrix3<f64>) -> Self {
         let columns = unit_inertia.as_slice().try_into().unwrap_or_default();
         let inertia = Matrix::from_cols_array(&columns);
@@ -50,18 +57,18 @@ impl Body {
         }
     }
 
-    /// Where the object's frame is.
+    /// Returns the pose of the object's frame.
     pub(super) fn pose(&self) -> Pose {
         let translation = self.center - self.rotation * self.center_in_object;
         Pose::from_parts(translation, self.rotation)
     }
 
-    /// A point of the object, given in its frame, from the centre of mass, along the object's axes.
+    /// Returns the vector from the centre of mass to a point, both along the object's axes.
     pub(super) fn offset_from_center(&self, point: Vector) -> Vector {
         point - self.center_in_object
     }
 
-    /// The inverse of the inertia of 1 kg along the axes of the world \[1/m^2\].
+    /// Returns the inverse inertia for 1 kg along the axes of the world \[1/m^2\].
     pub(super) fn inverse_inertia_in_world(&self) -> Matrix {
         let inverse = self.mass.world_inv_inertia(&self.rotation);
         Matrix::from_cols(
@@ -71,8 +78,7 @@ impl Body {
         )
     }
 
-    /// Lets gravity and the body's own spin act for `time` \[s\]: about other than a principal axis it does not keep its direction. The angular momentum
-    /// keeps its size.
+    /// Integrates gravity and the gyroscopic torque for `time` \[s\], keeping the magnitude of the angular momentum.
     pub(super) fn accelerate(&mut self, gravity: Vector, time: f64) {
         self.velocity.linear += gravity * time;
         let axes = self.rotation * self.mass.principal_inertia_local_frame;
@@ -87,25 +93,25 @@ impl Body {
         }
     }
 
-    /// The velocity of a point that the object has at `place` of the world \[m/s\].
+    /// Returns the velocity of the object's point at `place`, world frame \[m/s\].
     pub(super) fn velocity_at(&self, place: Vector) -> Vector {
         self.velocity.linear + self.velocity.angular.cross(place - self.center)
     }
 
-    /// Moves on for `time` \[s\], a part of a step of the length `step` \[s\].
+    /// Integrates the velocity for `time` \[s\], part of a step of length `step` \[s\].
     pub(super) fn advance(&mut self, time: f64, step: f64) {
         let Velocity { linear, angular } = &mut self.velocity;
-        *linear = linear.clamp_length_max(MOST_SPEED);
-        let most_spin = if step > 0.0 { MOST_TURN / step } else { 0.0 };
+        *linear = linear.clamp_length_max(MAX_SPEED);
+        let most_spin = if step > 0.0 { MAX_TURN / step } else { 0.0 };
         *angular = angular.clamp_length_max(most_spin);
-        // To first order, and the quaternion of length 1 again.
+        // To first order, then normalised.
         let half = *angular * (0.5 * time);
         let turn = Rotation::from_xyzw(half.x, half.y, half.z, 1.0);
         self.rotation = (turn * self.rotation).normalize();
         self.center += *linear * time;
     }
 
-    /// Whether all numbers are.
+    /// Returns whether all numbers are finite.
     pub(super) fn is_finite(&self) -> bool {
         let Velocity { linear, angular } = self.velocity;
         self.center.is_finite()

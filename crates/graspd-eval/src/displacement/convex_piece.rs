@@ -15,7 +15,7 @@ pub struct ConvexPiece {
 }
 
 /// Hulls of less volume than this \[m^3\] are flat for our purposes (a 1 mm square 1 um thick).
-const LEAST_VOLUME: f64 = 1e-12;
+const MIN_VOLUME: f64 = 1e-12;
 
 impl ConvexPiece {
     /// The convex hull of `points`; `None` where it has no volume.
@@ -26,7 +26,7 @@ impl ConvexPiece {
             vertices: vertices.iter().map(|p| [p.x, p.y, p.z]).collect(),
             faces,
         };
-        (hull.volume() > LEAST_VOLUME).then_some(hull)
+        (hull.volume() > MIN_VOLUME).then_some(hull)
     }
 
     /// Volume \[m^3\], by the divergence theorem.

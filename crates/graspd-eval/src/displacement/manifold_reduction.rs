@@ -1,22 +1,22 @@
-//! Which few of many contact points in one plane stand for all.
+//! Reduction of a cluster of nearly coplanar contact points to four.
 //!
 //! # Source
-//! The choice is that of rapier 0.36 (its manifold reduction).
+//! Manifold reduction of rapier 0.36.
 
 use parry3d_f64::math::Vector;
 
-/// So many points of a patch are solved.
-pub(super) const MOST_POINTS: usize = 4;
+/// Points of a manifold that are solved.
+pub(super) const MAX_POINTS: usize = 4;
 
-/// A point of a triangle's contacts, and what it takes over.
+/// A contact point of a triangle before the reduction.
 #[derive(Clone, Copy)]
 pub(super) struct Candidate {
     pub(super) on_hand: Vector,
     /// In the object's frame.
     pub(super) on_object: Vector,
     pub(super) distance: f64,
-    /// Patch and point of it that it takes over from.
-    pub(super) heir_of: Option<(usize, usize)>,
+    /// Indices of the old manifold and its point whose impulses it takes over.
+    pub(super) warm_start_from: Option<(usize, usize)>,
 }
 
 #[derive(Default)]
@@ -25,12 +25,12 @@ pub(super) struct Cluster {
     pub(super) points: Vec<Candidate>,
 }
 
-/// Which points stand for all: the deepest, the one farthest from it, and those farthest to either side of the line through both. In
-/// the order of their places.
-pub(super) fn reduced(cluster: &Cluster, prediction: f64) -> [Option<usize>; MOST_POINTS] {
+/// Selects the deepest point, the one farthest from it, and those farthest to either side of the
+/// line through both, sorted by their position in the tangent plane; empty slots come last.
+pub(super) fn reduce(cluster: &Cluster, prediction: f64) -> [Option<usize>; MAX_POINTS] {
     let points = &cluster.points;
-    let mut chosen = [None; MOST_POINTS];
-    if points.len() <= MOST_POINTS {
+    let mut chosen = [None; MAX_POINTS];
+    if points.len() <= MAX_POINTS {
         for (index, slot) in chosen.iter_mut().enumerate().take(points.len()) {
             *slot = Some(index);
         }
@@ -41,7 +41,6 @@ pub(super) fn reduced(cluster: &Cluster, prediction: f64) -> [Option<usize>; MOS
     let key = |index: &Option<usize>| {
         index.map(|index| along.map(|tangent| points[index].on_hand.dot(tangent)))
     };
-    // Empty ones last.
     chosen.sort_by(|a, b| match (key(a), key(b)) {
         (Some([a, b]), Some([c, d])) => a.total_cmp(&c).then(b.total_cmp(&d)),
         (a, b) => a.is_none().cmp(&b.is_none()),
@@ -49,7 +48,7 @@ pub(super) fn reduced(cluster: &Cluster, prediction: f64) -> [Option<usize>; MOS
     chosen
 }
 
-fn choose(cluster: &Cluster, prediction: f64, chosen: &mut [Option<usize>; MOST_POINTS]) {
+fn choose(cluster: &Cluster, prediction: f64, chosen: &mut [Option<usize>; MAX_POINTS]) {
     let points = &cluster.points;
     // The first of the least.
     let least = |cost: &dyn Fn(usize) -> f64, without: [Option<usize>; 2]| {
@@ -84,7 +83,7 @@ fn choose(cluster: &Cluster, prediction: f64, chosen: &mut [Option<usize>; MOST_
     chosen[3] = least(&|index| -side(index), ends).filter(|index| Some(*index) != chosen[2]);
 }
 
-/// Two unit vectors that make a right-handed frame with a unit normal.
+/// Returns two unit vectors that make a right-handed frame with a unit normal.
 ///
 /// # Source
 /// T. Duff et al., "Building an orthonormal basis, revisited", JCGT 2017.

@@ -8,15 +8,15 @@ use graspd_settings::Validate;
 use nalgebra::{Point3, Vector3};
 use serde::{Deserialize, Serialize};
 
+use super::convex_piece::ConvexPiece;
 use super::decomposition::{DecompositionSettings, ObjectPieces};
-use super::piece::ConvexPiece;
 use super::protocol::{DisplacementSettings, SIX_DIRECTIONS};
 use crate::report::{GraspMetrics, ObjectUnderTest};
 use crate::settings::EvaluationSettings;
 use crate::{EvaluationError, ShakeOutcome};
 
 /// Most convex pieces of each connected part of a hand.
-const MOST_HAND_PIECES: usize = 128;
+const MAX_HAND_PIECES: usize = 128;
 
 /// An object, hands and what is to be simulated with each of them; serialised, the input of an engine.
 #[derive(Clone, Debug, Serialize)]
@@ -243,7 +243,7 @@ impl SimulationJob {
 /// [`EvaluationError::BadMesh`] if a part is not closed.
 pub fn convex_parts(hand: &TriangleMesh) -> Result<Vec<ConvexPiece>, EvaluationError> {
     let settings = DecompositionSettings {
-        max_pieces: MOST_HAND_PIECES,
+        max_pieces: MAX_HAND_PIECES,
         ..DecompositionSettings::default()
     };
     let mut pieces = Vec::new();

@@ -1,23 +1,23 @@
-//! A convex polyhedron that finds its support points by climbing from vertex to vertex.
+//! Hill-climbing support mapping of a convex polyhedron.
 //!
-//! The engine asks for support points millions of times a simulation, and its own polyhedron looks at every vertex
-//! each time. Here a table over directions names a vertex near the answer, and the climb along the edges from there
-//! ends after a few steps; on a convex body no vertex but the farthest has only lower neighbours.
+//! A table over directions names a vertex near the support point; from there the climb along edges
+//! to ever higher neighbours ends after a few steps. On a convex polyhedron no vertex but the
+//! highest has only lower neighbours.
 
 use parry3d_f64::bounding_volume::Aabb;
 use parry3d_f64::math::{Pose, Vector};
 use parry3d_f64::shape::{ConvexPolyhedron, PolygonalFeature, PolygonalFeatureMap, SupportMap};
 
-use super::sides::{LANES, Sides, in_blocks, lesser};
+use super::sat::{FaceClusters, LANES, in_blocks, lesser};
 
 /// Cells along each side of the cube of directions.
 const CELLS: usize = 6;
-/// Of a polyhedron of more blocks of vertices extents are found by climbing.
-const MOST_LOOKED_AT: usize = 24;
+/// Extents of polyhedra with more blocks of vertices are found by climbing.
+const MAX_SCANNED_BLOCKS: usize = 24;
 
-/// A convex polyhedron with what the climb needs.
+/// A convex polyhedron with vertex adjacency, start vertices and clustered faces.
 #[derive(Clone)]
-pub(super) struct ClimbingPolyhedron {
+pub(super) struct HillClimbingPolyhedron {
     polyhedron: ConvexPolyhedron,
     /// The neighbours of vertex v are `neighbors[first[v]..first[v + 1]]`.
     neighbors: Vec<u32>,
@@ -27,10 +27,10 @@ pub(super) struct ClimbingPolyhedron {
     bounds: Aabb,
     /// Coordinates of the vertices, padded with copies of the first.
     corners: Vec<[[f64; LANES]; 3]>,
-    pub(super) sides: Sides,
+    pub(super) faces: FaceClusters,
 }
 
-impl ClimbingPolyhedron {
+impl HillClimbingPolyhedron {
     pub(super) fn new(polyhedron: ConvexPolyhedron) -> Self {
         let (vertices, faces) = polyhedron.to_trimesh();
         let mut edges: Vec<[u32; 2]> = (faces.iter())
@@ -51,7 +51,7 @@ impl ClimbingPolyhedron {
                 let rows: Vec<_> = vertices.iter().map(|p| p.to_array()).collect();
                 in_blocks(&rows, rows[0])
             },
-            sides: Sides::new(&vertices, &faces),
+            faces: FaceClusters::new(&vertices, &faces),
         };
         // A vertex within a face has no edges, and from there no climb could start.
         let corners: Vec<u32> = (0..vertices.len() as u32)
@@ -70,7 +70,7 @@ impl ClimbingPolyhedron {
         shape
     }
 
-    /// The most by which all of the points are beyond one of the sides of the box about it; negative where none is so for all.
+    /// Returns the gap between the bounding boxes of three points and of the polyhedron; negative where they overlap.
     pub(super) fn gap_to_box(&self, points: &[Vector; 3]) -> f64 {
         let [a, b, c] = *points;
         let (low, high) = (a.min(b).min(c), a.max(b).max(c));
@@ -78,18 +78,18 @@ impl ClimbingPolyhedron {
         gap.max_element()
     }
 
-    /// As the library knows it.
-    #[cfg(test)]
+    /// Returns the underlying polyhedron.
+    #[cfg(any(test, feature = "rapier"))]
     pub(super) fn polyhedron(&self) -> &ConvexPolyhedron {
         &self.polyhedron
     }
 
-    /// The box about it in its own frame.
+    /// Returns the bounding box in its own frame.
     pub(super) fn bounds(&self) -> &Aabb {
         &self.bounds
     }
 
-    /// The box about it at a pose.
+    /// Returns the bounding box at a pose.
     pub(super) fn bounds_at(&self, pose: &Pose) -> Aabb {
         let extents = [Vector::X, Vector::Y, Vector::Z]
             .map(|axis| self.extent_along(pose.rotation.inverse() * axis));
@@ -98,9 +98,9 @@ impl ClimbingPolyhedron {
         Aabb::new(low + pose.translation, high + pose.translation)
     }
 
-    /// The smallest and the largest component of any of its points along a direction.
+    /// Returns the least and the largest projection of its points onto a direction.
     pub(super) fn extent_along(&self, direction: Vector) -> (f64, f64) {
-        if self.corners.len() > MOST_LOOKED_AT {
+        if self.corners.len() > MAX_SCANNED_BLOCKS {
             let [low, high] = [-direction, direction].map(|to| self.local_support_point(to));
             return (low.dot(direction), high.dot(direction));
         }
@@ -125,7 +125,7 @@ impl ClimbingPolyhedron {
     }
 }
 
-/// The cell of a direction: the face of the cube that it leaves by, and where on that face.
+/// Returns the cell of a direction: the face of the cube that it leaves by, and where on that face.
 fn cell_of(direction: Vector) -> usize {
     let d = direction.to_array();
     let size = d.map(f64::abs);
@@ -137,7 +137,7 @@ fn cell_of(direction: Vector) -> usize {
         2
     };
     let scale = 0.5 * CELLS as f64 / size[axis];
-    // From NaN, of a direction without length, comes cell 0.
+    // A zero direction gives NaN, which casts to cell 0.
     let along =
         |k: usize| ((d[(axis + k) % 3] * scale + 0.5 * CELLS as f64) as usize).min(CELLS - 1);
     let face = 2 * axis + usize::from(d[axis] < 0.0);
@@ -155,7 +155,7 @@ fn cell_middle(cell: usize) -> Vector {
     Vector::from(direction)
 }
 
-impl SupportMap for ClimbingPolyhedron {
+impl SupportMap for HillClimbingPolyhedron {
     fn local_support_point(&self, direction: Vector) -> Vector {
         let points = self.polyhedron.points();
         let mut best = self.starts[cell_of(direction)];
@@ -175,7 +175,7 @@ impl SupportMap for ClimbingPolyhedron {
     }
 }
 
-impl PolygonalFeatureMap for ClimbingPolyhedron {
+impl PolygonalFeatureMap for HillClimbingPolyhedron {
     fn local_support_feature(&self, direction: Vector, feature: &mut PolygonalFeature) {
         self.polyhedron.local_support_feature(direction, feature);
     }
@@ -197,7 +197,7 @@ mod tests {
         ) {
             let points: Vec<_> = points.into_iter().map(Vector::from).collect();
             let Some(plain) = ConvexPolyhedron::from_convex_hull(&points) else { return Ok(()); };
-            let climbing = ClimbingPolyhedron::new(plain.clone());
+            let climbing = HillClimbingPolyhedron::new(plain.clone());
             let axes = [Vector::X, -Vector::X, Vector::Y, Vector::Z, Vector::ZERO];
             for direction in directions.into_iter().map(Vector::from).chain(axes) {
                 let expected = plain.local_support_point(direction).dot(direction);

@@ -1,27 +1,23 @@
-//! Which triangles of a hand a convex piece cannot have contacts with, and the shortest way out of the others.
+//! The separating-axis test of a triangle of the hand with a convex piece of the object.
 //!
-//! The engine looks at every triangle about a piece, and 49 of 50 have no contacts in the end: they are too far away, or the
-//! shortest way out of the overlap leads through their back, which is no contact of a closed surface. The first costs
-//! the engine a search for the closest points each time, the second an expanding polytope on top of it. Both follow from the
-//! few directions that can be the one of least overlap of two polyhedra: their faces' normals, and the products of those of
-//! their edges that meet as edges of their Minkowski difference do. Where both overlap, the shortest of these ways is what the engine's
-//! polytope would find.
-//!
-//! # Source
-//! The test for edges: D. Gregorius, "The separating axis test between convex polyhedra", Game Developers Conference 2013.
+//! Of the triangles near a piece, 49 of 50 have no contacts: they are too far away, or the shortest
+//! separating translation leads through their back, which is no contact of a closed surface. The
+//! test finds these without a search for closest points, and where both overlap it yields the
+//! penetration depth without an expanding polytope.
 
 use parry3d_f64::math::Vector;
 use parry3d_f64::shape::{SupportMap, TriMesh};
 
-use super::clearing::{Clearing, CrossingEdges};
-use super::climbing::ClimbingPolyhedron;
+use super::super::hill_climbing::HillClimbingPolyhedron;
+use super::penetration::{EdgePair, LeastOverlap};
 
 /// Lengths that differ by less than this \[m\] are equal but for rounding.
 const ROUNDING: f64 = 1e-9;
 
-/// Of each triangle of a mesh, whether all contacts whose normal points through its back are dropped: not where it meets
-/// another at an edge of less than a right angle, since the normals there are allowed to point a little backwards.
-pub(super) fn triangles_without_back(mesh: &TriMesh) -> Vec<bool> {
+/// Returns for each triangle of a mesh whether contacts whose normal points through its back can be
+/// dropped: not where it meets another at an edge sharper than a right angle, since the cone of
+/// admissible normals there reaches a little backwards.
+pub(in super::super) fn triangles_without_back(mesh: &TriMesh) -> Vec<bool> {
     let has_none = |index| {
         let cone = mesh.triangle_normal_constraints(index);
         cone.is_some_and(|cone| {
@@ -32,95 +28,98 @@ pub(super) fn triangles_without_back(mesh: &TriMesh) -> Vec<bool> {
     (0..mesh.num_triangles() as u32).map(has_none).collect()
 }
 
-/// How a triangle and a piece overlap, in the piece's frame: the shortest way to part them.
+/// The shortest translation that separates a triangle and a piece, in the piece's frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Overlap {
-    /// In which direction the piece would have to move, of length one.
-    pub(super) direction: Vector,
-    /// The deepest points, as far apart as that is \[m\].
-    pub(super) on_triangle: Vector,
-    pub(super) on_piece: Vector,
+pub(in super::super) struct Penetration {
+    /// Unit direction in which the piece would have to move.
+    pub(in super::super) direction: Vector,
+    /// Deepest point of the triangle \[m\].
+    pub(in super::super) on_triangle: Vector,
+    /// Deepest point of the piece; the distance between both is the penetration depth \[m\].
+    pub(in super::super) on_piece: Vector,
 }
 
-/// What is known of a triangle and a piece without a search for contacts.
+/// Result of the test.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Verdict {
-    /// There may be contacts.
-    Perhaps,
-    /// There may be contacts, and if so then along this direction.
-    Overlap(Overlap),
-    /// There are none.
-    NotNow,
-    /// There are none up to at least this distance \[m\].
+pub(in super::super) enum Separation {
+    /// The test does not decide: closest points must be searched.
+    Undecided,
+    /// They overlap; contacts, if any, are along this direction.
+    Penetrating(Penetration),
+    /// There is no contact: the shortest separating translation leads through the triangle's back.
+    ThroughBack,
+    /// They are at least this far apart \[m\].
     Apart(f64),
-    /// There are none, however far is looked ahead, unless one of both moves by this \[m\]: the piece is behind the triangle.
+    /// The piece is behind the triangle and stays there unless one of both moves by this \[m\].
     Behind(f64),
 }
 
-/// Whether a triangle, given in the piece's frame, is farther from the piece than `distance` \[m\] or, if `has_no_back`, the
-/// shortest way to or out of the piece leads through its back; and where both overlap, what the shortest way out is, unless two are as short.
-pub(super) fn can_touch(
+/// Tests a triangle, given by its corners in the piece's frame, for contacts with a piece up to
+/// `distance` \[m\] ahead.
+///
+/// `has_no_back`: see [`triangles_without_back`]. Undecided where two axes have the same least overlap.
+pub(in super::super) fn separate(
     corners: &[Vector; 3],
     has_no_back: bool,
-    piece: &ClimbingPolyhedron,
+    piece: &HillClimbingPolyhedron,
     distance: f64,
-) -> Verdict {
+) -> Separation {
     let distance = distance + ROUNDING;
-    let apart = |gap: f64| Verdict::Apart(gap - ROUNDING);
+    let apart = |gap: f64| Separation::Apart(gap - ROUNDING);
     let gap = piece.gap_to_box(corners);
     if gap > distance {
         return apart(gap);
     }
     let &[a, b, c] = corners;
     let Some(normal) = (b - a).cross(c - a).try_normalize() else {
-        return Verdict::Perhaps;
+        return Separation::Undecided;
     };
     let height = normal.dot(a);
     let (lowest, highest) = piece.extent_along(normal);
     let (lowest, highest) = (lowest - height, highest - height);
     if has_no_back && highest < -ROUNDING {
-        return Verdict::Behind(-highest - ROUNDING);
+        return Separation::Behind(-highest - ROUNDING);
     }
     let gap = lowest.max(-highest);
     if gap > distance {
         return apart(gap);
     }
-    let sides = &piece.sides;
-    if sides.are_unknown() {
-        return Verdict::Perhaps;
+    let faces = &piece.faces;
+    if faces.is_empty() {
+        return Separation::Undecided;
     }
-    let mut clearing = Clearing {
+    let mut overlap = LeastOverlap {
         front: -lowest,
         back: highest,
         second: (-lowest).max(highest),
     };
-    let by_side = sides.clear_by_sides(corners, normal, ROUNDING, &mut clearing);
-    let gap = -clearing.least();
+    let by_face = faces.test_face_normals(corners, normal, ROUNDING, &mut overlap);
+    let gap = -overlap.least();
     if gap > distance {
         return apart(gap);
     }
-    let near = gap < 0.0 && by_side.has_corner_inside;
-    if !near && (gap > 0.0 || !sides.has_few_edges()) {
-        return Verdict::Perhaps;
+    let near = gap < 0.0 && by_face.has_corner_inside;
+    if !near && (gap > 0.0 || !faces.has_few_edges()) {
+        return Separation::Undecided;
     }
-    let by_edge = sides.clear_by_edges(corners, normal, ROUNDING, near, &mut clearing);
-    let least = clearing.least();
+    let by_edge = faces.test_edge_pairs(corners, normal, ROUNDING, near, &mut overlap);
+    let least = overlap.least();
     if -least > distance {
         return apart(-least);
     }
     if least < ROUNDING {
-        return Verdict::Perhaps;
+        return Separation::Undecided;
     }
-    if has_no_back && clearing.back + ROUNDING < clearing.front {
-        return Verdict::NotNow;
+    if has_no_back && overlap.back + ROUNDING < overlap.front {
+        return Separation::ThroughBack;
     }
-    if clearing.second < least + ROUNDING {
-        return Verdict::Perhaps;
+    if overlap.second < least + ROUNDING {
+        return Separation::Undecided;
     }
-    let overlap = if let Some(edges) = by_edge {
+    let penetration = if let Some(edges) = by_edge {
         between_edges(&edges, least)
-    } else if let Some([normal, corner]) = by_side.nearest {
-        Overlap {
+    } else if let Some([normal, corner]) = by_face.nearest {
+        Penetration {
             direction: -normal,
             on_triangle: corner,
             on_piece: corner + normal * least,
@@ -128,24 +127,24 @@ pub(super) fn can_touch(
     } else {
         let direction = if -lowest < highest { normal } else { -normal };
         let vertex = piece.local_support_point(-direction);
-        Overlap {
+        Penetration {
             direction,
             on_triangle: vertex + direction * least,
             on_piece: vertex,
         }
     };
-    Verdict::Overlap(overlap)
+    Separation::Penetrating(penetration)
 }
 
-/// The overlap by `depth` of two edges.
-fn between_edges(edges: &CrossingEdges, depth: f64) -> Overlap {
+/// Returns the penetration by `depth` of two crossing edges.
+fn between_edges(edges: &EdgePair, depth: f64) -> Penetration {
     let direction = edges.direction;
     let [start, along] = edges.of_triangle;
-    // Across the other edge, within the plane.
-    let across = edges.of_body.along().cross(direction);
-    let part = across.dot(edges.of_body.start - start) / across.dot(along);
+    // Normal to the other edge, within the tangent plane.
+    let across = edges.of_polyhedron.direction().cross(direction);
+    let part = across.dot(edges.of_polyhedron.start - start) / across.dot(along);
     let on_triangle = start + along * part;
-    Overlap {
+    Penetration {
         direction,
         on_triangle,
         on_piece: on_triangle - direction * depth,
@@ -161,25 +160,29 @@ mod tests {
     use parry3d_f64::shape::{ConvexPolyhedron, Triangle};
     use proptest::prelude::*;
 
-    /// The engine's own result is off by about this [m], for bodies of a metre.
-    const ENGINE: f64 = 1e-7;
-    /// Faces that are taken for one side differ by about this.
+    /// parry's own result is off by about this [m], for bodies of a metre.
+    const PARRY: f64 = 1e-7;
+    /// Triangles that are taken for one face differ by about this [m].
     const SAME_PLANE: f64 = 1e-5;
 
     fn vector(size: f64) -> impl Strategy<Value = Vector> {
         prop::array::uniform3(-size..size).prop_map(Vector::from)
     }
 
-    /// How far a piece would have to move along a direction to be clear of a triangle.
-    fn way(direction: Vector, corners: &[Vector; 3], piece: &ClimbingPolyhedron) -> f64 {
+    /// Returns the overlap of a triangle and a piece along an axis.
+    fn overlap_along(
+        direction: Vector,
+        corners: &[Vector; 3],
+        piece: &HillClimbingPolyhedron,
+    ) -> f64 {
         let along = |point: &Vector| direction.dot(*point);
         let highest = corners.iter().map(along).fold(f64::MIN, f64::max);
         let points = piece.polyhedron().points();
         highest - points.iter().map(along).fold(f64::MAX, f64::min)
     }
 
-    /// The least way along the normals of all faces and across any two edges.
-    fn depth_by_all_directions(corners: &[Vector; 3], piece: &ClimbingPolyhedron) -> f64 {
+    /// Returns the least overlap along the normals of all faces and across any two edges.
+    fn depth_by_all_directions(corners: &[Vector; 3], piece: &HillClimbingPolyhedron) -> f64 {
         let (vertices, faces) = piece.polyhedron().to_trimesh();
         let edges = |[a, b, c]: [Vector; 3]| [b - a, c - b, a - c];
         let own = edges(*corners);
@@ -192,13 +195,13 @@ mod tests {
                     .flat_map(|edge| others.map(|other| edge.cross(other))),
             );
         }
-        let ways = (directions.iter())
+        let overlaps = (directions.iter())
             .filter_map(|direction| direction.try_normalize())
-            .map(|to| way(to, corners, piece).min(way(-to, corners, piece)));
-        ways.fold(f64::MAX, f64::min)
+            .map(|to| overlap_along(to, corners, piece).min(overlap_along(-to, corners, piece)));
+        overlaps.fold(f64::MAX, f64::min)
     }
 
-    fn is_within(point: Vector, piece: &ClimbingPolyhedron, rounding: f64) -> bool {
+    fn is_within(point: Vector, piece: &HillClimbingPolyhedron, rounding: f64) -> bool {
         let (vertices, faces) = piece.polyhedron().to_trimesh();
         let mut normals = (faces.iter())
             .map(|face| face.map(|vertex| vertices[vertex as usize]))
@@ -208,8 +211,8 @@ mod tests {
 
     proptest! {
         #![proptest_config(ProptestConfig::with_cases(512))]
-        /// Nothing is left out that the engine would find: what cannot touch is too far away by the engine's measure too, or
-        /// its contact points through the triangle's back. And the shortest way out of an overlap is the shortest.
+        /// Nothing is left out that parry would find: what cannot touch is too far away by parry's measure too, or
+        /// its contact points through the triangle's back. And the penetration depth is the least overlap of all axes.
         #[test]
         fn what_cannot_touch_has_no_contacts(
             points in prop::collection::vec(vector(1.0), 8..40),
@@ -218,10 +221,10 @@ mod tests {
             distance in 0.0f64..0.3,
         ) {
             let Some(polyhedron) = ConvexPolyhedron::from_convex_hull(&points) else { return Ok(()); };
-            let piece = ClimbingPolyhedron::new(polyhedron);
+            let piece = HillClimbingPolyhedron::new(polyhedron);
             let pos12 = Pose::new(motion.0, motion.1);
-            // Some of the library's hulls have a sliver with any normal.
-            prop_assume!(piece.polyhedron().points().iter().all(|point| is_within(*point, &piece, ENGINE)));
+            // Some of parry's hulls have a sliver with an arbitrary normal.
+            prop_assume!(piece.polyhedron().points().iter().all(|point| is_within(*point, &piece, PARRY)));
             for (center, corners) in triangles {
                 let [a, b, c] = corners.map(|corner| center + corner);
                 let triangle = Triangle::new(a, b, c);
@@ -229,36 +232,37 @@ mod tests {
                 let local = [a, b, c].map(|corner| pos12.inverse_transform_point(corner));
                 let far = contact_support_map_support_map(&pos12, &triangle, &piece, 10.0);
                 let Some(contact) = far else { continue };
-                match can_touch(&local, false, &piece, distance) {
-                    Verdict::Perhaps => {}
-                    Verdict::Apart(gap) => {
+                match separate(&local, false, &piece, distance) {
+                    Separation::Undecided => {}
+                    Separation::Apart(gap) => {
                         prop_assert!(gap > distance - ROUNDING);
-                        prop_assert!(contact.dist > gap - ENGINE, "{} {}", contact.dist, gap);
+                        prop_assert!(contact.dist > gap - PARRY, "{} {}", contact.dist, gap);
                     }
-                    Verdict::Overlap(overlap) => {
-                        prop_assert!(contact.dist < ENGINE);
+                    Separation::Penetrating(overlap) => {
+                        prop_assert!(contact.dist < PARRY);
                         let between = overlap.on_triangle - overlap.on_piece;
                         let depth = between.dot(overlap.direction);
                         prop_assert!((between - overlap.direction * depth).length() < ROUNDING);
-                        // Not the engine's depth, which is wrong in some cases: less than the way along its own normal.
+                        // Not parry's depth, which in some cases is less than the overlap along its own normal.
                         let least = depth_by_all_directions(&local, &piece);
                         prop_assert!((depth - least).abs() < SAME_PLANE, "{} {}", depth, least);
-                        prop_assert!((depth - way(overlap.direction, &local, &piece)).abs() < SAME_PLANE);
+                        prop_assert!((depth - overlap_along(overlap.direction, &local, &piece)).abs() < SAME_PLANE);
                         // The deepest points are of both bodies.
                         prop_assert!(is_within(overlap.on_piece, &piece, SAME_PLANE));
                         let on_triangle = pos12.transform_point(overlap.on_triangle);
-                        prop_assert!(triangle.distance_to_local_point(on_triangle, true) < ENGINE);
+                        prop_assert!(triangle.distance_to_local_point(on_triangle, true) < PARRY);
                     }
                     other => prop_assert!(false, "{:?}", other),
                 }
-                if let Verdict::NotNow | Verdict::Apart(_) | Verdict::Behind(_) = can_touch(&local, true, &piece, distance) {
-                    let is_behind = contact.normal1.dot(normal) < ENGINE;
-                    prop_assert!(contact.dist > distance - ENGINE || is_behind, "{:?}", contact);
+                let result = separate(&local, true, &piece, distance);
+                if !matches!(result, Separation::Undecided | Separation::Penetrating(_)) {
+                    let is_behind = contact.normal1.dot(normal) < PARRY;
+                    prop_assert!(contact.dist > distance - PARRY || is_behind, "{:?}", contact);
                 }
-                // And of what the engine finds far in front of the triangle nothing is kept from it.
-                if contact.dist < distance - ENGINE && contact.normal1.dot(normal) > ENGINE {
-                    let verdict = can_touch(&local, true, &piece, distance);
-                    prop_assert!(matches!(verdict, Verdict::Perhaps | Verdict::Overlap(_)));
+                // And of what parry finds far in front of the triangle nothing is kept from it.
+                if contact.dist < distance - PARRY && contact.normal1.dot(normal) > PARRY {
+                    let verdict = separate(&local, true, &piece, distance);
+                    prop_assert!(matches!(verdict, Separation::Undecided | Separation::Penetrating(_)));
                 }
             }
         }

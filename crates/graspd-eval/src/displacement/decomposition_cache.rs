@@ -3,8 +3,8 @@
 use graspd_geom::{CacheKey, DiskCache, TriangleMesh};
 use nalgebra::Point3;
 
+use super::convex_piece::ConvexPiece;
 use super::decomposition::{DecompositionSettings, ObjectPieces};
-use super::piece::ConvexPiece;
 
 /// Counts up whenever the same mesh and settings give other pieces, be it by parry's convex hulls, or these are
 /// stored in another way.
