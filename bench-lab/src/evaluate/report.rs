@@ -49,7 +49,8 @@ impl Evaluation {
         let mut page = format!(
             "# {}\n\n```sh\n{}\n```\n\n\
              {} starts on each of {} objects, judged on the true meshes. Top k: the grasps of least displacement of \
-             each object.\nBelow means are 95 % bootstrap intervals: over objects, where all grasps count over objects and \
+             each object.\nBelow means are 95 % bootstrap intervals: over objects, where all grasps count over \
+             objects and \
              starts, and in the\ntables of single objects over starts. CA/IV is the ratio of the means. SD6: mean \
              displacement over six directions of\ngravity; shake: share that withstands the shake test; holds: share \
              with SD < 0.5 cm; seconds: wall-clock of a synthesis\non one thread.\n",
@@ -103,7 +104,8 @@ impl Comparison {
         let mut page = format!(
             "# {} against {}\n\n```sh\n{}\n```\n\nagainst\n\n```sh\n{}\n```\n\n\
              {grasps} starts on {} objects that both have. A difference is significant if its 95 % bootstrap \
-             interval, paired by\nobject (and by start where all grasps count), does not contain 0. There is no correction for \
+             interval, paired by\nobject (and by start where all grasps count), does not contain 0. There is no \
+             correction for \
              multiple comparisons: of\ntwenty differences that do not exist, about one is called significant.\n",
             ours.title,
             theirs.title,

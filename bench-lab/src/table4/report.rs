@@ -126,7 +126,10 @@ pub(super) fn table(rows: &[ObjectRow]) -> String {
 
 /// Returns the table for programs, `table4.json`.
 pub(super) fn json(rows: &[ObjectRow], starts: usize) -> Value {
-    let columns = |[area, volume, ratio, displacement]: [f64; 4]| json!({"CA": area, "IV": volume, "CA/IV": ratio, "SD": displacement});
+    let columns = |columns: [f64; 4]| {
+        let [area, volume, ratio, displacement] = columns;
+        json!({"CA": area, "IV": volume, "CA/IV": ratio, "SD": displacement})
+    };
     let pair = |truth, rgbd| json!({"GT-Mesh": columns(truth), "RGB-D": columns(rgbd)});
     let objects = rows.iter().map(|row| {
         let mut object = pair(row.truth.columns(), row.rgbd.columns());

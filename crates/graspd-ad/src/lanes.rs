@@ -8,8 +8,9 @@
 //!
 //! This is the only file of the workspace with `unsafe` code. It is of three kinds: transmutation between a vector
 //! register and an array of the same size, both plain numbers; loads from places in a slice that have been checked
-//! together; and AVX2 instructions, which must not run on a processor without them. The type that issues these is private, and only `vectorize` hands it out, to a generic
-//! kernel that cannot name it, once it has seen that the processor has AVX2.
+//! together; and AVX2 instructions, which must not run on a processor without them. The type that issues these is
+//! private, and only `vectorize` hands it out, to a generic kernel that cannot name it, once it has seen that the
+//! processor has AVX2.
 
 // Registers are public in name only, so that public types may be generic over them.
 #![allow(unreachable_pub)]
@@ -139,7 +140,8 @@ mod x86 {
     macro_rules! register {
         (
             $register:ident($($part:tt: $vector:ty),+), $width:literal lanes each,
-            $splat:ident, $add:ident, $sub:ident, $mul:ident, $div:ident, $sqrt:ident, $max:ident, $floor:ident, $to_integers:ident, $lt:path, $le:path,
+            $splat:ident, $add:ident, $sub:ident, $mul:ident, $div:ident, $sqrt:ident, $max:ident, $floor:ident,
+            $to_integers:ident, $lt:path, $le:path,
             $select:ident, $movemask:ident, $and:ident, $andnot:ident, $or:ident, $xor:ident
             $(, $gather:ident)?
         ) => {
@@ -242,7 +244,8 @@ mod x86 {
     pub struct Sse2(__m128, __m128);
     register!(
         Sse2(0: __m128, 1: __m128), 4 lanes each,
-        _mm_set1_ps, _mm_add_ps, _mm_sub_ps, _mm_mul_ps, _mm_div_ps, _mm_sqrt_ps, _mm_max_ps, floor_sse2, _mm_cvttps_epi32, _mm_cmplt_ps, _mm_cmple_ps,
+        _mm_set1_ps, _mm_add_ps, _mm_sub_ps, _mm_mul_ps, _mm_div_ps, _mm_sqrt_ps, _mm_max_ps, floor_sse2,
+        _mm_cvttps_epi32, _mm_cmplt_ps, _mm_cmple_ps,
         select_sse2, _mm_movemask_ps, _mm_and_ps, _mm_andnot_ps, _mm_or_ps, _mm_xor_ps
     );
 
@@ -271,7 +274,8 @@ mod x86 {
     pub struct Avx2(__m256);
     register!(
         Avx2(0: __m256), 8 lanes each,
-        _mm256_set1_ps, _mm256_add_ps, _mm256_sub_ps, _mm256_mul_ps, _mm256_div_ps, _mm256_sqrt_ps, _mm256_max_ps, _mm256_floor_ps, _mm256_cvttps_epi32,
+        _mm256_set1_ps, _mm256_add_ps, _mm256_sub_ps, _mm256_mul_ps, _mm256_div_ps, _mm256_sqrt_ps, _mm256_max_ps,
+        _mm256_floor_ps, _mm256_cvttps_epi32,
         _mm256_cmp_ps::<_CMP_LT_OQ>, _mm256_cmp_ps::<_CMP_LE_OQ>,
         _mm256_blendv_ps, _mm256_movemask_ps, _mm256_and_ps, _mm256_andnot_ps, _mm256_or_ps, _mm256_xor_ps,
         gather_avx2

@@ -50,8 +50,8 @@
 //! * All modes share one statement of each derivative, and all compute the value by the same operations as plain
 //!   numbers do, so that values agree bit for bit.
 //!
-//! Scalars work with code written over num-traits as far as they can keep its promises: `Num`, `Signed`
-//! (not [`Lanes`]), `FloatConst`, `Inv`, `Pow`, `MulAdd`. They do not claim `PartialOrd` and what builds on it, such as
+//! Scalars work with code written over num-traits as far as they can keep its promises: `Num`, `Signed` (not
+//! [`Lanes`]), `FloatConst`, `Inv`, `Pow`, `MulAdd`. They do not claim `PartialOrd` and what builds on it, such as
 //! `num_traits::Float`: an order of values would say nothing of lanes or derivatives.
 //!
 //! Feature `testing`: module `check` compares derivatives with central differences.

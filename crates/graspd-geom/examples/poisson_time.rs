@@ -1,9 +1,10 @@
 //! Times Poisson reconstruction of points on a mesh, and measures how far the result is from the mesh:
 //! `poisson_time MESH (POINTS.npz | COUNT) DEPTH... [--out MESH]`.
 //!
-//! The archive holds `points` and `normals` \[n, 3\] in metres; with a count, as many points are drawn in proportion to
-//! area. Prints wall-clock and CPU seconds, peak memory, the Chamfer distance (the mean of both directions' mean
-//! distance, over 200 000 points each) and the Hausdorff distances from the mesh to the result and back.
+//! The archive holds `points` and `normals` \[n, 3\] in metres; with a count, as many points are drawn in
+//! proportion to area. Prints wall-clock and CPU seconds, peak memory, the Chamfer distance (the mean of both
+//! directions' mean distance, over 200 000 points each) and the Hausdorff distances from the mesh to the result and
+//! back.
 
 mod process;
 
@@ -61,7 +62,8 @@ fn main() -> Result<(), Box<dyn Error>> {
         let to_surface = distances(&mesh, &TriangleTree::new(&surface)?, 3)?;
         let to_mesh = distances(&surface, &tree, 4)?;
         println!(
-            "{} points, depth {depth}: wall {wall:.3} s, CPU {cpu:.2} s, peak {peak} MB, {} faces, closed: {is_closed}, Euler number {}, Chamfer {:.4} mm, Hausdorff {:.3}, {:.3} mm",
+            "{} points, depth {depth}: wall {wall:.3} s, CPU {cpu:.2} s, peak {peak} MB, {} faces, closed: \
+            {is_closed}, Euler number {}, Chamfer {:.4} mm, Hausdorff {:.3}, {:.3} mm",
             cloud.points.len(),
             surface.faces.len(),
             topology(&surface).euler_number,

@@ -41,7 +41,8 @@ fn main() -> Result<(), Box<dyn Error>> {
         let peak = peak_memory_mb();
         let after = topology(&repaired.mesh);
         println!(
-            "{name}: {:?} in {seconds:.3} s (CPU {cpu:.2} s, peak {peak} MB), {} -> {} faces, {} component(s), Euler number {}, {:.2} cm3: {}",
+            "{name}: {:?} in {seconds:.3} s (CPU {cpu:.2} s, peak {peak} MB), {} -> {} faces, {} component(s), \
+            Euler number {}, {:.2} cm3: {}",
             repaired.report.tier,
             mesh.faces.len(),
             repaired.mesh.faces.len(),

@@ -2,10 +2,11 @@
 //! `rgbd_error MESH... [--depths 5,6,7] [--noise 1] [--views 15] [--seed 0] [--trim CELLS] [--neighbours N]
 //! [--samples-per-cell N] [--out FOLDER]`.
 //!
-//! For each mesh one line about the fused points and one for each depth, in millimetres: the mean and the 95th percentile of
-//! the magnitude of the points' signed distance to the mesh (above 0: outside it), the same of 100 000 random points of the
-//! result, the 95th percentile and the greatest distance from random points of the mesh to the result (of all, and of those
-//! more than 5 mm above the table), the ratio of volumes, and the seconds of CPU time.
+//! For each mesh one line about the fused points and one for each depth, in millimetres: the mean and the 95th
+//! percentile of the magnitude of the points' signed distance to the mesh (above 0: outside it), the same of 100
+//! 000 random points of the result, the 95th percentile and the greatest distance from random points of the mesh to
+//! the result (of all, and of those more than 5 mm above the table), the ratio of volumes, and the seconds of CPU
+//! time.
 
 mod process;
 
@@ -139,7 +140,8 @@ fn measure(path: &Path, options: &Options) -> Result<(), Box<dyn Error>> {
         let (_, all, all_greatest) = summary(&probes, &back);
         let (inward, near, near_greatest) = summary(&higher, &back);
         println!(
-            "  depth {depth}: {mean:+.2}, {most:.2}, {greatest:.1}; back {all:.2}, {all_greatest:.1}; higher {:+.2}, {near:.2}, {near_greatest:.1}; volume {:.3}; foot {:+.1}; {} faces, {seconds:.1} s",
+            "  depth {depth}: {mean:+.2}, {most:.2}, {greatest:.1}; back {all:.2}, {all_greatest:.1}; higher \
+            {:+.2}, {near:.2}, {near_greatest:.1}; volume {:.3}; foot {:+.1}; {} faces, {seconds:.1} s",
             -inward,
             signed_volume(&result) / signed_volume(&mesh),
             1e3 * (result.bounds().ok_or("an empty result")?.0.z - lowest),

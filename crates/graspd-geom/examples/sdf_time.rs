@@ -50,7 +50,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         let equal = pairs().filter(|(bound, exact)| **bound == *exact).count();
         let short = pairs().map(|(bound, exact)| f64::from(exact.abs() - bound.abs()));
         println!(
-            "band of {} mm: wall {wall:.2} s, CPU {cpu:.2} s, {:.1} % exact, others short by {:.3} mm on average and {:.3} at most",
+            "band of {} mm: wall {wall:.2} s, CPU {cpu:.2} s, {:.1} % exact, others short by {:.3} mm on average \
+            and {:.3} at most",
             1e3 * band,
             100.0 * equal as f64 / values.len() as f64,
             1e3 * short.clone().sum::<f64>() / (values.len() - equal).max(1) as f64,

@@ -81,8 +81,8 @@ pub fn closed_surface(mesh: &TriangleMesh, name: &str) -> Result<TriangleMesh, G
 /// components or faces without area. Whether it is inside-out is not looked at.
 ///
 /// # Errors
-/// [`GeometryError::DuplicateFaces`]; [`GeometryError::Open`] with the holes' sizes; [`GeometryError::NotOriented`]; [`GeometryError::NoVolume`] for a
-/// mesh without faces.
+/// [`GeometryError::DuplicateFaces`]; [`GeometryError::Open`] with the holes' sizes;
+/// [`GeometryError::NotOriented`]; [`GeometryError::NoVolume`] for a mesh without faces.
 pub fn require_closed(mesh: &TriangleMesh, name: &str) -> Result<(), GeometryError> {
     if mesh.faces.is_empty() {
         return Err(GeometryError::NoVolume { name: name.into() });

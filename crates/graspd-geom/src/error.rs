@@ -113,7 +113,8 @@ pub enum GeometryError {
     },
     /// The surface has holes.
     #[error(
-        "{name}: the surface is open: {} in {}, {total_mm:.1} mm of boundary in total, the longest {longest_mm:.1} mm, \
+        "{name}: the surface is open: {} in {}, {total_mm:.1} mm of boundary in total, the longest \
+        {longest_mm:.1} mm, \
          the largest {diameter_mm:.1} mm across; close it with `graspd repair`",
         count(*boundary_edges, "boundary edge"), count(*loops, "loop")
     )]
@@ -271,7 +272,8 @@ pub enum GeometryError {
     },
     /// A reconstruction would need more memory than allowed.
     #[error(
-        "a reconstruction of depth {depth} needs about {} MiB, but {} MiB are allowed; each depth less needs a quarter",
+        "a reconstruction of depth {depth} needs about {} MiB, but {} MiB are allowed; each depth less needs a \
+        quarter",
         needed >> 20, allowed >> 20
     )]
     ReconstructionMemory {

@@ -2,8 +2,8 @@
 
 use crate::{SurfacePoint, TriangleMesh};
 
-/// About `count` points by a sequence that leaves no large gaps: less even than [`sample_evenly`](crate::sample_evenly), for a small part of
-/// its time.
+/// About `count` points by a sequence that leaves no large gaps: less even than
+/// [`sample_evenly`](crate::sample_evenly), for a small part of its time.
 ///
 /// One point for every `area / count` of the faces in their order; each face's points are the next of the R2 sequence,
 /// folded onto the triangle. Empty if the mesh has no area.

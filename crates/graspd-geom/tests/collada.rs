@@ -9,9 +9,11 @@ const BOX: &str = r##"<geometry id="box"><mesh>
     <technique_common><accessor source="#a" count="8" stride="3"/></technique_common></source>
   <source id="n"><float_array count="3">0 0 1</float_array></source>
   <vertices id="v"><input semantic="POSITION" source="#p"/></vertices>
-  <polylist count="6"><input semantic="VERTEX" source="#v" offset="0"/><input semantic="NORMAL" source="#n" offset="1"/>
+  <polylist count="6"><input semantic="VERTEX" source="#v" offset="0"/>
+    <input semantic="NORMAL" source="#n" offset="1"/>
     <vcount>4 4 4 4 4 4</vcount>
-    <p>0 0 3 0 2 0 1 0  4 0 5 0 6 0 7 0  0 0 1 0 5 0 4 0  1 0 2 0 6 0 5 0  2 0 3 0 7 0 6 0  3 0 0 0 4 0 7 0</p></polylist>
+    <p>0 0 3 0 2 0 1 0  4 0 5 0 6 0 7 0  0 0 1 0 5 0 4 0  1 0 2 0 6 0 5 0
+      2 0 3 0 7 0 6 0  3 0 0 0 4 0 7 0</p></polylist>
 </mesh></geometry>"##;
 
 fn collada(asset: &str, geometry: &str, nodes: &str) -> String {

@@ -206,7 +206,8 @@ fn buffers_may_be_beside_the_file_or_in_it() {
     let embedded = r#"{"asset":{"version":"2.0"},"meshes":[{"primitives":[{"attributes":{"POSITION":0}}]}],
         "accessors":[{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3","min":[0,0,0],"max":[1,1,0]}],
         "bufferViews":[{"buffer":0,"byteLength":36}],
-        "buffers":[{"byteLength":36,"uri":"data:application/octet-stream;base64,AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAA"}]}"#;
+        "buffers":[{"byteLength":36,
+        "uri":"data:application/octet-stream;base64,AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAA"}]}"#;
     let mesh = load("a.gltf", embedded.as_bytes()).unwrap();
     let corners = [[0., 0., 0.], [1., 0., 0.], [0., 0., 1.]];
     assert_eq!(mesh.vertices, corners.map(Point3::from));

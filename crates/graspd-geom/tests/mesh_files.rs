@@ -51,13 +51,15 @@ fn obj_variants() {
         (
             "texture and normal numbers, points, lines, comments",
             format!(
-                "{VERTICES}vt 0 0\nvn 0 0 1\nf 1/1 3/1 2/1\nf 1//1 2//1 4//1 # x\nf 2/1/1 3/1/1 4/1/1\nf 1 4 3\np 1\nl 1 2\n"
+                "{VERTICES}vt 0 0\nvn 0 0 1\nf 1/1 3/1 2/1\nf 1//1 2//1 4//1 # x\nf 2/1/1 3/1/1 4/1/1\nf 1 4 3\n\
+                p 1\nl 1 2\n"
             ),
         ),
         (
             "texture and normal numbers out of every range",
             format!(
-                "{VERTICES}vt 0 0\nf 1/9223372036854775807 3/-9 2/0\nf 1//-9223372036854775808 2 4/x/\nf 2/1/1/1 3 4\nf 1 4 3\n"
+                "{VERTICES}vt 0 0\nf 1/9223372036854775807 3/-9 2/0\nf 1//-9223372036854775808 2 4/x/\n\
+                f 2/1/1/1 3 4\nf 1 4 3\n"
             ),
         ),
         (
@@ -115,7 +117,8 @@ fn off_variants() {
         "# c\nOFF # x\n\n4 4 0\n0 0 0\n#\n1 0 0\n0 1 0\n0 0 1\n\n3 0 2 1 255 0 0\n3 0 1 3\n3 1 2 3\n3 0 3 2",
         "OFF 4 4 0\r\n0 0 0\r\n1 0 0\r\n0 1 0\r\n0 0 1\r\n3 0 2 1\r\n3 0 1 3\r\n3 1 2 3\r\n3 0 3 2\r\n",
         "OFF4 4 0\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n3 0 2 1\n3 0 1 3\n3 1 2 3\n3 0 3 2\n",
-        "COFF\n4 4 0\n0 0 0 1 0 0 1\n1 0 0 1 0 0 1\n0 1 0 0 0 0 1\n0 0 1 0 0 0 1\n3 0 2 1\n3 0 1 3\n3 1 2 3\n3 0 3 2\n",
+        "COFF\n4 4 0\n0 0 0 1 0 0 1\n1 0 0 1 0 0 1\n0 1 0 0 0 0 1\n0 0 1 0 0 0 1\n3 0 2 1\n3 0 1 3\n3 1 2 3\n\
+        3 0 3 2\n",
     ] {
         assert!(is_tetrahedron(&loaded("a.off", text).unwrap()), "{text}");
     }

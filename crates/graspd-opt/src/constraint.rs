@@ -79,8 +79,8 @@ pub enum MultiplierUpdate {
 ///
 /// # Source
 /// Platt and Barr, "Constrained differential optimization for neural networks", 1988: the basic differential
-/// multiplier method with damping (there called the modified one). Eliminated slacks: Rockafellar, "The multiplier method
-/// of Hestenes and Powell applied to convex programming", 1973.
+/// multiplier method with damping (there called the modified one). Eliminated slacks: Rockafellar, "The multiplier
+/// method of Hestenes and Powell applied to convex programming", 1973.
 #[derive(Clone, Debug)]
 pub struct Constraint {
     bound: Bound,
@@ -222,8 +222,8 @@ impl Constraint {
         }
     }
 
-    /// Moves the multiplier up (and a slack variable down) the Lagrangian's derivatives at `value`: for gradient ascent
-    /// `lambda += rate scale g`, then clamped to `lambda >= 0` for inequalities.
+    /// Moves the multiplier up (and a slack variable down) the Lagrangian's derivatives at `value`: for gradient
+    /// ascent `lambda += rate scale g`, then clamped to `lambda >= 0` for inequalities.
     pub fn ascend(&mut self, rate: f64, value: f64) {
         let g = self.infeasibility(value);
         let multiplier_slope = self.scale * g;

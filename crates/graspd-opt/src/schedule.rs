@@ -74,7 +74,8 @@ impl Schedule {
         self.with_factor("warm-up", first, 0, steps - 1, Shape::Linear, 1.0)
     }
 
-    /// The same, falling along a line from step `start` to `final_factor` times itself at step `end`, and so from there on.
+    /// The same, falling along a line from step `start` to `final_factor` times itself at step `end`, and so from
+    /// there on.
     ///
     /// # Errors
     /// If the span is empty or the factor not in [0, 1].

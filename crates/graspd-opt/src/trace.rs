@@ -28,7 +28,8 @@ pub struct Trace {
 }
 
 impl Trace {
-    /// An empty trace with room for a run of `run_len` steps, of which it records each `every`-th, beginning with step 0.
+    /// An empty trace with room for a run of `run_len` steps, of which it records each `every`-th, beginning with
+    /// step 0.
     ///
     /// Recording a longer run works, but then allocates.
     ///

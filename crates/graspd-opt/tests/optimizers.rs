@@ -91,7 +91,8 @@ fn adamax_from_history(settings: &AdamaxSettings, rate: f64, gradients: &[f64]) 
         .collect()
 }
 
-/// Adam's updates from the whole history, without recursions: means weighted by beta^(age), divided by their total weight.
+/// Adam's updates from the whole history, without recursions: means weighted by beta^(age), divided by their total
+/// weight.
 fn adam_from_history(settings: &AdamSettings, rate: f64, gradients: &[f64]) -> Vec<f64> {
     let weighted_mean = |beta: f64, values: &mut dyn DoubleEndedIterator<Item = f64>| {
         let (mut sum, mut total, mut weight) = (0.0, 0.0, 1.0);

@@ -1,9 +1,9 @@
 //! Both steps of the optimisation in one pass over the contacts.
 //!
-//! The plain way takes four passes: the wrenches, the gradient by the targets, the optimiser's step, and L_phys with its
-//! derivative by the positions. Here each contact is evaluated once, its targets and their optimiser's moments go
-//! through memory once, what does not touch is spared the derivatives that are zero anyway, and what never touched has
-//! its targets in common with all that never did.
+//! The plain way takes four passes: the wrenches, the gradient by the targets, the optimiser's step, and L_phys
+//! with its derivative by the positions. Here each contact is evaluated once, its targets and their optimiser's
+//! moments go through memory once, what does not touch is spared the derivatives that are zero anyway, and what
+//! never touched has its targets in common with all that never did.
 
 use graspd_ad::{Dual, Element, Kernel, Mask, Real};
 use graspd_geom::Vec3;

@@ -168,8 +168,8 @@ impl<E: Precision> Kernel<E> for WrenchKernel<'_, E> {
     }
 }
 
-/// Writes the derivative of sum_j sum_c pull_j . f_c(q, v_j) by the contact positions, each contact counted `weight` times,
-/// to `gradient`, `[n]`. `pull`: one for each velocity, `[J]`.
+/// Writes the derivative of sum_j sum_c pull_j . f_c(q, v_j) by the contact positions, each contact counted
+/// `weight` times, to `gradient`, `[n]`. `pull`: one for each velocity, `[J]`.
 pub(crate) struct PullKernel<'a, E> {
     pub(crate) contacts: &'a ContactLoop<'a, E>,
     pub(crate) weight: &'a [E],
@@ -208,8 +208,8 @@ impl<E: Precision> Kernel<E> for PullKernel<'_, E> {
     }
 }
 
-/// Computes L_phys \[N^2, and (N m)^2 for torques\], each contact counted `weight` times, `[n]`, and writes its derivative by
-/// the contact positions to `gradient`, `[n]`. `targets`: laid out as the wrenches.
+/// Computes L_phys \[N^2, and (N m)^2 for torques\], each contact counted `weight` times, `[n]`, and writes its
+/// derivative by the contact positions to `gradient`, `[n]`. `targets`: laid out as the wrenches.
 pub(crate) struct LossKernel<'a, E> {
     pub(crate) contacts: &'a ContactLoop<'a, E>,
     pub(crate) weight: &'a [E],

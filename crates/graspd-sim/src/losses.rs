@@ -77,7 +77,8 @@ fn limit_violation<T: Real>(value: T, limit: &Limit) -> T {
     violation
 }
 
-/// The overlap of two spheres, max(r_a + r_b - |a - b|, 0) \[m\], for centres `a` and `b` and `radius_sum` = r_a + r_b.
+/// The overlap of two spheres, max(r_a + r_b - |a - b|, 0) \[m\], for centres `a` and `b` and `radius_sum` = r_a +
+/// r_b.
 ///
 /// For spheres that just touch, the derivative is that of overlapping ones; for concentric ones it is 0.
 #[inline(always)]
@@ -86,8 +87,8 @@ pub fn sphere_overlap<T: Real>(a: Vec3<T>, b: Vec3<T>, radius_sum: f64) -> T {
     (T::constant(radius_sum) - distance).max(T::zero())
 }
 
-/// L_inter = sum over the pairs of overlap^2 \[m^2\], with the overlap of [`sphere_overlap`]; writes `weight` times its
-/// gradient with respect to the spheres' centres to `gradient`, `[s]`, object frame.
+/// L_inter = sum over the pairs of overlap^2 \[m^2\], with the overlap of [`sphere_overlap`]; writes `weight` times
+/// its gradient with respect to the spheres' centres to `gradient`, `[s]`, object frame.
 ///
 /// The gradient is continuous but for concentric spheres, which get 0: no direction parts them.
 ///

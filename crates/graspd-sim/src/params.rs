@@ -57,9 +57,9 @@ pub struct SimulationParams {
     pub time_step: f64,
     /// The object's velocities before the step, `[J]`; the grasp has to stop it from each of them.
     pub velocities: Vec<Twist<f64>>,
-    /// s, by which object and hand are larger in the simulation than they are; paper: 1, released code: 2. Torques grow
-    /// by s, the mass by s^3 and the inertia by s^5. Depths stay real ones: the stiffnesses of `contact` have to be s
-    /// times those of the larger world, where depths are s times as large.
+    /// s, by which object and hand are larger in the simulation than they are; paper: 1, released code: 2. Torques
+    /// grow by s, the mass by s^3 and the inertia by s^5. Depths stay real ones: the stiffnesses of `contact` have
+    /// to be s times those of the larger world, where depths are s times as large.
     pub length_scale: f64,
 }
 

@@ -18,7 +18,8 @@ use crate::targets::TargetWrenches;
 pub struct TaskOutcome {
     /// L_task, see [`task_loss`].
     pub loss: f64,
-    /// dL_task / d(total wrench) = 2 dt M^-1 twist', for each velocity; the same for the wrench at each contact, `[J]`.
+    /// dL_task / d(total wrench) = 2 dt M^-1 twist', for each velocity; the same for the wrench at each contact,
+    /// `[J]`.
     pub wrench_gradient: Vec<Wrench<f64>>,
 }
 
@@ -41,13 +42,14 @@ macro_rules! contact_loop {
 
 /// One hand, one object and all working memory of one optimisation; a step through it allocates nothing.
 ///
-/// `E` is the precision that contacts are evaluated in: `f64`, the reference, one contact at a time, or `f32`, eight at
-/// a time in vector registers. Each contact is evaluated as a dual number over its own position, and the position
-/// derivatives are pulled back to the pose by the hand.
+/// `E` is the precision that contacts are evaluated in: `f64`, the reference, one contact at a time, or `f32`,
+/// eight at a time in vector registers. Each contact is evaluated as a dual number over its own position, and the
+/// position derivatives are pulled back to the pose by the hand.
 ///
-/// Contact wrenches, and targets for them, are stored as `[blocks of 8 contacts][J][6][8]`, torque before force: number
-/// k of the wrench of contact c for velocity j is at `((c / 8 * J + j) * 6 + k) * 8 + c % 8`. Padding (weight 0 in
-/// [`ContactPoints`](graspd_hand::ContactPoints)) has wrenches too, which count nowhere; its targets must stay 0.
+/// Contact wrenches, and targets for them, are stored as `[blocks of 8 contacts][J][6][8]`, torque before force:
+/// number k of the wrench of contact c for velocity j is at `((c / 8 * J + j) * 6 + k) * 8 + c % 8`. Padding
+/// (weight 0 in [`ContactPoints`](graspd_hand::ContactPoints)) has wrenches too, which count nowhere; its targets
+/// must stay 0.
 pub struct Scene<'a, E> {
     hand: &'a dyn Hand,
     object: &'a SimulatedObject,
@@ -173,13 +175,13 @@ where
         });
     }
 
-    /// L_phys = sum_j sum_c ||f_c(q, v_j) - target_jc||^2 \[N^2, and (N m)^2 for torques\], keeping its derivative by the
-    /// contact positions for [`Scene::pull_back`].
+    /// L_phys = sum_j sum_c ||f_c(q, v_j) - target_jc||^2 \[N^2, and (N m)^2 for torques\], keeping its derivative
+    /// by the contact positions for [`Scene::pull_back`].
     ///
-    /// The derivative is exact in each cell of the distance grid, and leaks where contacts do not touch. It jumps where
-    /// a contact meets the surface, a face of a cell, or the corner between sticking and sliding; what it is there is
-    /// said at [`ContactState`](crate::ContactState) and at [`SdfGrid`](graspd_geom::SdfGrid). With targets 0, what
-    /// does not touch has no derivative, as its residual is 0.
+    /// The derivative is exact in each cell of the distance grid, and leaks where contacts do not touch. It jumps
+    /// where a contact meets the surface, a face of a cell, or the corner between sticking and sliding; what it is
+    /// there is said at [`ContactState`](crate::ContactState) and at [`SdfGrid`](graspd_geom::SdfGrid). With
+    /// targets 0, what does not touch has no derivative, as its residual is 0.
     ///
     /// # Panics
     /// If `targets` is not [`Scene::wrench_len`] long.
@@ -322,13 +324,13 @@ where
         }
     }
 
-    /// Moves the targets by one iteration of `rule` against `weights.physics` L_phys + `weights.task` L_task, then returns
-    /// L_phys with the new targets, keeping its derivative by the contact positions for [`Scene::pull_back`]: the force
-    /// step and most of the pose step in one pass over the contacts.
+    /// Moves the targets by one iteration of `rule` against `weights.physics` L_phys + `weights.task` L_task, then
+    /// returns L_phys with the new targets, keeping its derivative by the contact positions for
+    /// [`Scene::pull_back`]: the force step and most of the pose step in one pass over the contacts.
     ///
     /// Up to rounding this is [`Scene::contact_wrenches`], [`Scene::target_gradient`] with the outcome of the last
-    /// [`Scene::task`] or [`Scene::task_of_moved_targets`], the optimiser's step, and [`Scene::physics_loss`]; what holds
-    /// for those holds here. The wrenches are not kept.
+    /// [`Scene::task`] or [`Scene::task_of_moved_targets`], the optimiser's step, and [`Scene::physics_loss`]; what
+    /// holds for those holds here. The wrenches are not kept.
     ///
     /// # Panics
     /// If `targets` are not those of [`Scene::new_targets`], or `rule` knows fewer than
@@ -351,8 +353,8 @@ where
         })
     }
 
-    /// L_task of the contacts' own wrenches, keeping `weight(L_task)` times its derivative by the contact positions for
-    /// [`Scene::pull_back`]: the task constraint without targets in between. The derivative has the kinks of
+    /// L_task of the contacts' own wrenches, keeping `weight(L_task)` times its derivative by the contact positions
+    /// for [`Scene::pull_back`]: the task constraint without targets in between. The derivative has the kinks of
     /// [`Scene::physics_loss`], and leaks where contacts do not touch.
     pub fn task_of_contacts(&mut self, weight: impl FnOnce(f64) -> f64) -> f64 {
         self.contact_wrenches();
@@ -377,8 +379,8 @@ where
         loss
     }
 
-    /// L_inter \[m^2\], see [`intersection_loss_gradient`], keeping `weight` times its derivative by the sphere centres
-    /// for [`Scene::pull_back`].
+    /// L_inter \[m^2\], see [`intersection_loss_gradient`], keeping `weight` times its derivative by the sphere
+    /// centres for [`Scene::pull_back`].
     pub fn intersection_loss(&mut self, weight: f64) -> f64 {
         intersection_loss_gradient(
             &self.spheres,

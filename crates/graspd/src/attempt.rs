@@ -143,8 +143,8 @@ impl Job<'_> {
         }
     }
 
-    /// Coarse fits from the starts that belong to this grasp, most promising first: those whose numbers are `candidates`
-    /// times the grasp's and the next. And the seconds that they took in sum.
+    /// Coarse fits from the starts that belong to this grasp, most promising first: those whose numbers are
+    /// `candidates` times the grasp's and the next. And the seconds that they took in sum.
     ///
     /// In parallel: where fewer grasps are left than there are threads, these are what can be shared.
     fn candidates(&self, fitter: &HandFitter<'_>) -> Result<(Vec<FittedHand>, f64), GraspError> {

@@ -33,9 +33,9 @@ pub(crate) fn interval_95(
     })
 }
 
-/// Computes the 95 % interval of a function of means over items in groups (grasps of several objects): each mean is over
-/// groups of means over items. A resample draws groups with replacement and items within each of them; of a single
-/// group only items are drawn.
+/// Computes the 95 % interval of a function of means over items in groups (grasps of several objects): each mean is
+/// over groups of means over items. A resample draws groups with replacement and items within each of them; of a
+/// single group only items are drawn.
 ///
 /// `None` where there is nothing to draw from (a single item of a single group), or some resample has no finite value.
 ///

@@ -6,8 +6,9 @@ use nalgebra::Point3;
 use crate::GraspError;
 use crate::object::GraspObject;
 
-/// Ferrari and Canny's epsilon (L1) of every so many-th of the contacts, `most` at most, with pyramids of `edges` edges; 0 for
-/// fewer than two. Torques are about the object's centre of mass, over its largest radius about it, as the judge has them.
+/// Ferrari and Canny's epsilon (L1) of every so many-th of the contacts, `most` at most, with pyramids of `edges`
+/// edges; 0 for fewer than two. Torques are about the object's centre of mass, over its largest radius about it, as
+/// the judge has them.
 pub(crate) fn epsilon_of_some(
     contacts: Vec<Contact>,
     most: usize,

@@ -21,20 +21,21 @@ const ROTATION: [&str; 3] = ["WRJRx", "WRJRy", "WRJRz"];
 
 /// Reads the grasps of an `.npy` file as DexGraspNet saves them, for the hand that they were made for.
 ///
-/// Either an array of dictionaries, each with `qpos`, a number for each joint by name beside the wrist's `WRJTx`, `WRJTy`,
-/// `WRJTz` \[m\] and `WRJRx`, `WRJRy`, `WRJRz` \[rad\], and `scale`, by which the object's coordinates are multiplied; the
-/// angles turn about the object's fixed axes, first x, then y, then z. Or one dictionary of arrays `trans` `[n, 3]`, `rot`
-/// `[n, 3, 3]` and `joint_angles` `[n, joints]` in the hand's own order of joints, with the scale left to the caller.
+/// Either an array of dictionaries, each with `qpos`, a number for each joint by name beside the wrist's `WRJTx`,
+/// `WRJTy`, `WRJTz` \[m\] and `WRJRx`, `WRJRy`, `WRJRz` \[rad\], and `scale`, by which the object's coordinates are
+/// multiplied; the angles turn about the object's fixed axes, first x, then y, then z. Or one dictionary of arrays
+/// `trans` `[n, 3]`, `rot` `[n, 3, 3]` and `joint_angles` `[n, joints]` in the hand's own order of joints, with the
+/// scale left to the caller.
 ///
-/// A joint's name may have a prefix that ends in a colon (`robot0:FFJ3`). The object is called as the file is. What the
-/// hand has no joint for is ignored. Nothing in the file is run.
+/// A joint's name may have a prefix that ends in a colon (`robot0:FFJ3`). The object is called as the file is. What
+/// the hand has no joint for is ignored. Nothing in the file is run.
 ///
 /// # Errors
 /// If the file cannot be read, or has something else in it; names the file and the grasp.
 ///
 /// # Source
-/// R. Wang et al., "DexGraspNet: a large-scale robotic dexterous grasp dataset for general objects based on simulation",
-/// ICRA 2023, and the formats that its repositories document.
+/// R. Wang et al., "DexGraspNet: a large-scale robotic dexterous grasp dataset for general objects based on
+/// simulation", ICRA 2023, and the formats that its repositories document.
 pub fn read_dexgraspnet(path: &Path, hand: &dyn Hand) -> Result<Vec<GraspRecord>, GraspError> {
     let failed = |source| GraspError::Read {
         path: path.to_owned(),

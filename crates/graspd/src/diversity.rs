@@ -39,8 +39,8 @@ impl Diversity {
     }
 }
 
-/// The distance of every pose from every other \[m\], `[n][n]`: the mean over the hand's contact points of how far apart
-/// they are in the object's frame. It sees base and joints alike, in the one unit that counts.
+/// The distance of every pose from every other \[m\], `[n][n]`: the mean over the hand's contact points of how far
+/// apart they are in the object's frame. It sees base and joints alike, in the one unit that counts.
 pub fn pose_distances(hand: &dyn Hand, poses: &[&HandPose]) -> Vec<Vec<f64>> {
     let weight = &hand.contact_points().weight;
     let mut scratch = hand.new_scratch();
@@ -65,9 +65,9 @@ pub fn pose_distances(hand: &dyn Hand, poses: &[&HandPose]) -> Vec<Vec<f64>> {
 /// Grasps that move less than this in the simulation hold \[cm\].
 const HOLDING_CM: f64 = 0.5;
 
-/// The numbers, in rising order, of `count` of the ranked records that are far from each other: the first, and then one
-/// after the other the one farthest from those chosen, of those that hold (a displacement under 0.5 cm). Where too few hold,
-/// the next in rank follow.
+/// The numbers, in rising order, of `count` of the ranked records that are far from each other: the first, and then
+/// one after the other the one farthest from those chosen, of those that hold (a displacement under 0.5 cm). Where
+/// too few hold, the next in rank follow.
 ///
 /// `distances`: `[n][n]`, see [`pose_distances`].
 ///

@@ -46,7 +46,8 @@ pub enum GraspError {
     },
     /// No built-in object and no file has the name that was given.
     #[error(
-        "{name}: neither a built-in object ({built_in}) nor an existing file; give one of those names or the path of a .obj, .stl, .ply, .off, .glb, .gltf or .dae file"
+        "{name}: neither a built-in object ({built_in}) nor an existing file; give one of those names or the path \
+        of a .obj, .stl, .ply, .off, .glb, .gltf or .dae file"
     )]
     UnknownObject {
         /// The name.
@@ -74,7 +75,8 @@ pub enum GraspError {
     },
     /// A file of another project's grasps that is not as that project writes it.
     #[error(
-        "{path}: {fault}; give an array of dictionaries with `qpos` (a number for each joint, WRJTx to WRJTz and WRJRx to WRJRz for the wrist) and `scale`, as DexGraspNet saves them"
+        "{path}: {fault}; give an array of dictionaries with `qpos` (a number for each joint, WRJTx to WRJTz and \
+        WRJRx to WRJRz for the wrist) and `scale`, as DexGraspNet saves them"
     )]
     ParseGrasps {
         /// The file.
@@ -102,7 +104,8 @@ pub enum GraspError {
     },
     /// An optimisation whose numbers left the range of floats.
     #[error(
-        "grasp {index}: the optimisation diverged to numbers that are not finite; lower the learning rates or the stiffness"
+        "grasp {index}: the optimisation diverged to numbers that are not finite; lower the learning rates or the \
+        stiffness"
     )]
     Diverged {
         /// The start's index.
@@ -166,7 +169,8 @@ pub enum GraspError {
     },
     /// A folder with another batch.
     #[error(
-        "{path}: this batch is another one: `{key}` differs; make the manifest and the flags as they were, or choose another folder with -o"
+        "{path}: this batch is another one: `{key}` differs; make the manifest and the flags as they were, or \
+        choose another folder with -o"
     )]
     BatchDiffers {
         /// The folder's `batch.toml`.

@@ -100,9 +100,9 @@ const TILTS: [[f64; 2]; 7] = [
 /// `settings.retreat`.
 ///
 /// Contact points and the vertices of the hand's surface are looked up in the object's distance grid at way points
-/// along the path. Where the straight way collides, less opened hands, longer ways and ways tilted by 31 and 60 degrees
-/// towards each side of the palm are tried; the first that is free is taken. Where none is, the one that gets least
-/// deep is given with `is_free` false.
+/// along the path. Where the straight way collides, less opened hands, longer ways and ways tilted by 31 and 60
+/// degrees towards each side of the palm are tried; the first that is free is taken. Where none is, the one that
+/// gets least deep is given with `is_free` false.
 pub fn plan_pre_grasp(
     hand: &dyn Hand,
     object: &GraspObject,

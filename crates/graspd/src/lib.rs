@@ -49,8 +49,8 @@
 //!
 //! # What can be relied on
 //!
-//! * A start is a pure function of (seed, object's name, hand's name, index), and a run's grasps, timings apart, do not
-//!   depend on the number of threads.
+//! * A start is a pure function of (seed, object's name, hand's name, index), and a run's grasps, timings apart, do
+//!   not depend on the number of threads.
 //! * Records are read back bit for bit ([`read_records`]) and written whole or not at all ([`write_atomically`]).
 //! * Whatever is out of range is an error before the first step; an optimisation whose numbers overflow is an error,
 //!   too. One that does not converge is a result, with [`Synthesis::task_satisfied`] false.

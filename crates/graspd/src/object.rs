@@ -36,7 +36,8 @@ impl NamedMesh {
     /// A built-in object, or else the closed mesh in a file, multiplied by `scale`.
     ///
     /// # Errors
-    /// [`GraspError::UnknownObject`] if there is neither; otherwise if the file cannot be read, the mesh is not closed, or the scale is not positive.
+    /// [`GraspError::UnknownObject`] if there is neither; otherwise if the file cannot be read, the mesh is not
+    /// closed, or the scale is not positive.
     pub fn load(name_or_path: &str, scale: f64) -> Result<Self, GraspError> {
         Self::load_with(name_or_path, scale, None)
     }

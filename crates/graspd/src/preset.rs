@@ -92,8 +92,8 @@ pub struct SynthesisSettings {
     /// Moves the base first and then, with L_phys evaluated anew, the joints; released code: yes, paper: both at once.
     #[serde(default)]
     pub block_coordinate: bool,
-    /// The paper's problem relaxation: the task constraint is on target wrenches, which L_phys ties to the real contact
-    /// wrenches. Without it, the constraint is on the real ones, by the pose alone.
+    /// The paper's problem relaxation: the task constraint is on target wrenches, which L_phys ties to the real
+    /// contact wrenches. Without it, the constraint is on the real ones, by the pose alone.
     #[serde(default = "yes")]
     pub relaxation: bool,
     /// How constraints are enforced; paper: MDMM.
@@ -208,10 +208,10 @@ impl Validate for SynthesisSettings {
 }
 
 impl SynthesisSettings {
-    /// The simulation by itself, made to settle. It departs from [`SynthesisSettings::paper`] in five ways: contacts are
-    /// soft while the hand finds its place and stiffen at the end; rates decay, so that the last steps settle; joints are
-    /// kept within their limits; the object has to be stopped from four directions (the corners of a tetrahedron) instead
-    /// of one line; and the final stiffness is lower.
+    /// The simulation by itself, made to settle. It departs from [`SynthesisSettings::paper`] in five ways:
+    /// contacts are soft while the hand finds its place and stiffen at the end; rates decay, so that the last steps
+    /// settle; joints are kept within their limits; the object has to be stopped from four directions (the corners
+    /// of a tetrahedron) instead of one line; and the final stiffness is lower.
     pub fn soft() -> Self {
         Self {
             preset: "soft".into(),
@@ -314,9 +314,9 @@ impl SynthesisSettings {
         }
     }
 
-    /// What the authors' released code does where it differs from the paper: Adam for the pose, at a lower rate for the
-    /// base and after a warm-up; base and joints moved one after the other; 10 000 steps; hand and object at twice their
-    /// size. The smoothing takes as many steps as the paper's, for want of another number.
+    /// What the authors' released code does where it differs from the paper: Adam for the pose, at a lower rate for
+    /// the base and after a warm-up; base and joints moved one after the other; 10 000 steps; hand and object at
+    /// twice their size. The smoothing takes as many steps as the paper's, for want of another number.
     pub fn released() -> Self {
         Self {
             preset: "released".into(),

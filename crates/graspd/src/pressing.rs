@@ -17,13 +17,13 @@ pub struct PressingContact {
     pub force: Vec3<f64>,
 }
 
-/// The contact points of a grasp that press on the object, by the law of [`plan_squeeze`](crate::plan_squeeze) with the
-/// exact distance in place of the grid's: every point nearer to the surface than 0.5 mm beyond the nearest one presses
-/// against the surface's normal, in proportion to its depth below that band; the sizes of all forces sum to
+/// The contact points of a grasp that press on the object, by the law of [`plan_squeeze`](crate::plan_squeeze) with
+/// the exact distance in place of the grid's: every point nearer to the surface than 0.5 mm beyond the nearest one
+/// presses against the surface's normal, in proportion to its depth below that band; the sizes of all forces sum to
 /// `squeeze_force` \[N\].
 ///
-/// It tells where a grasp touches; it is no solution of the contact problem. Points without a share of the force are left
-/// out.
+/// It tells where a grasp touches; it is no solution of the contact problem. Points without a share of the force
+/// are left out.
 pub fn pressing_contacts(
     hand: &dyn Hand,
     object: &SignedDistance,

@@ -145,8 +145,8 @@ pub struct GraspRecord {
     /// The factor that the file's coordinates were multiplied by.
     #[serde(default = "unscaled")]
     pub object_scale: f64,
-    /// How the object's surface was closed before anything else (`mended` or `resurfaced`, see `graspd repair`); `None`
-    /// if it is closed as it is. The pose, and the metrics, are about the repaired surface.
+    /// How the object's surface was closed before anything else (`mended` or `resurfaced`, see `graspd repair`);
+    /// `None` if it is closed as it is. The pose, and the metrics, are about the repaired surface.
     pub object_repair: Option<String>,
     /// Name of the hand.
     pub hand: String,
@@ -241,8 +241,8 @@ impl GraspRecord {
         (self.pre_grasp.as_ref().map(of).transpose()).map_err(|fault| self.invalid(fault))
     }
 
-    /// The pose of the grasp with the joints of the squeeze, for a hand as in [`GraspRecord::hand_pose`]; `None` if the
-    /// record has none.
+    /// The pose of the grasp with the joints of the squeeze, for a hand as in [`GraspRecord::hand_pose`]; `None` if
+    /// the record has none.
     ///
     /// # Errors
     /// As [`GraspRecord::hand_pose`].

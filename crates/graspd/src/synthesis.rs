@@ -265,14 +265,16 @@ where
         self.task.ascend(self.settings.force_rate, self.losses.task);
     }
 
-    /// Instead of the force step, without relaxation: the task constraint on the contacts themselves, for the pose step.
+    /// Instead of the force step, without relaxation: the task constraint on the contacts themselves, for the pose
+    /// step.
     fn constrain_contacts(&mut self) {
         let task = &self.task;
         self.losses.task = self.scene.task_of_contacts(|loss| task.weight(loss));
         self.task.ascend(self.settings.force_rate, self.losses.task);
     }
 
-    /// The gradient of L_phys (without relaxation: of the task constraint) + L_range + L_inter and of the joint limit constraint by the pose, the targets fixed.
+    /// The gradient of L_phys (without relaxation: of the task constraint) + L_range + L_inter and of the joint
+    /// limit constraint by the pose, the targets fixed.
     fn pose_gradient(&mut self) {
         let stiffness = self.contact.normal_stiffness;
         self.losses.intersection = self

@@ -14,8 +14,8 @@ pub enum Instructions {
     Baseline,
     /// AVX2: eight floats in a register.
     Avx2,
-    /// AVX-512 with vector lengths (AVX-512VL): the same arithmetic with 32 registers instead of 16, and masks of their
-    /// own.
+    /// AVX-512 with vector lengths (AVX-512VL): the same arithmetic with 32 registers instead of 16, and masks of
+    /// their own.
     Avx512,
 }
 
@@ -23,8 +23,8 @@ impl Instructions {
     const ALL: [Self; 3] = [Self::Baseline, Self::Avx2, Self::Avx512];
 
     /// Those that [`vectorize`](crate::vectorize) uses: the widest that the processor has, but no wider than the
-    /// environment variable [`INSTRUCTIONS_VARIABLE`] says (`baseline`, `avx2` or `avx512`; what else it says counts for
-    /// nothing, see [`Instructions::requested`]). Read once.
+    /// environment variable [`INSTRUCTIONS_VARIABLE`] says (`baseline`, `avx2` or `avx512`; what else it says
+    /// counts for nothing, see [`Instructions::requested`]). Read once.
     pub fn in_use() -> Self {
         static IN_USE: OnceLock<Instructions> = OnceLock::new();
         *IN_USE.get_or_init(|| {

@@ -53,7 +53,8 @@ pub(crate) struct Arguments {
     /// Keep only the K best grasps (all by default)
     #[arg(long, value_name = "K")]
     top_k: Option<usize>,
-    /// Keep K grasps that hold and are as different as possible instead: the best, and then those farthest from the others
+    /// Keep K grasps that hold and are as different as possible instead: the best, and then those farthest from the
+    /// others
     #[arg(long, requires = "top_k")]
     diverse: bool,
     /// Leave out a part of the method, as ablation studies do (may be repeated): coarse-to-fine, leaky-gradient,

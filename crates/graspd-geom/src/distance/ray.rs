@@ -16,15 +16,16 @@ pub struct RayHit {
 }
 
 impl TriangleTree {
-    /// Where the ray from `origin` along `direction` (of any length) first meets the surface, from either side; `None` if
-    /// it does not.
+    /// Where the ray from `origin` along `direction` (of any length) first meets the surface, from either side;
+    /// `None` if it does not.
     ///
     /// A ray through an edge meets one of its faces: triangles are tested with the edges' signs taken from both
     /// sides alike, so that closed surfaces have no cracks but for rounding.
     ///
     /// # Source
-    /// Möller and Trumbore, "Fast, minimum storage ray/triangle intersection", Journal of Graphics Tools 2 (1997); here with edge
-    /// functions about the ray, as in Woop, Benthin and Wald, "Watertight ray/triangle intersection", JCGT 2 (2013).
+    /// Möller and Trumbore, "Fast, minimum storage ray/triangle intersection", Journal of Graphics Tools 2 (1997);
+    /// here with edge functions about the ray, as in Woop, Benthin and Wald, "Watertight ray/triangle
+    /// intersection", JCGT 2 (2013).
     pub fn first_hit(&self, origin: &Point3<f64>, direction: &Vector3<f64>) -> Option<RayHit> {
         let ray = Ray::new(origin, direction);
         let mut best: Option<(f64, usize)> = None;

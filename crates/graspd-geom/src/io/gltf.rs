@@ -27,10 +27,10 @@ const MOST_NODES: usize = 100_000;
 /// Bytes of a binary file's header, with that of its first chunk.
 const HEADER_LEN: usize = 20;
 
-/// Reads triangles, strips and fans of every mesh that the scene shows, under the transforms of their nodes. The format
-/// prescribes metres and y up; z goes up here, as with COLLADA. A file without a scene gives its meshes as they are.
-/// Buffers may be inside the file, in `data:` addresses or in files beside it. Materials, normals and morph
-/// targets are ignored; so are skins, whose meshes come as they were bound.
+/// Reads triangles, strips and fans of every mesh that the scene shows, under the transforms of their nodes. The
+/// format prescribes metres and y up; z goes up here, as with COLLADA. A file without a scene gives its meshes as
+/// they are. Buffers may be inside the file, in `data:` addresses or in files beside it. Materials, normals and
+/// morph targets are ignored; so are skins, whose meshes come as they were bound.
 pub(super) fn read(bytes: &[u8], path: &Path) -> Result<TriangleMesh, GeometryError> {
     check_header(bytes).map_err(|fault| parse_error(path, None, fault))?;
     let file = Gltf::from_slice(bytes)

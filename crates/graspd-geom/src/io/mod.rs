@@ -55,8 +55,8 @@ pub fn parse_mesh(bytes: &[u8], name: impl AsRef<Path>) -> Result<TriangleMesh, 
     read(bytes, path)
 }
 
-/// Reads a point cloud from a PLY file, binary or text: the element `vertex`, with normals if it has nx, ny and nz. Coordinates
-/// are taken as they are, in metres by convention; faces are ignored.
+/// Reads a point cloud from a PLY file, binary or text: the element `vertex`, with normals if it has nx, ny and nz.
+/// Coordinates are taken as they are, in metres by convention; faces are ignored.
 ///
 /// # Errors
 /// Another extension, or whatever is wrong with the file, as a [`GeometryError`] that names it.

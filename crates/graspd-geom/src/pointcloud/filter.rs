@@ -29,13 +29,13 @@ impl PointCloud {
         self.selected(&kept)
     }
 
-    /// One point for each cube of side `cell` \[m\] with points: their mean, with their mean direction as normal. Points
-    /// with normals that look opposite ways stay apart: they are of the two sides of a thin wall. In the order of the cubes, so
-    /// that without normals the order of the points does not matter but for rounding.
+    /// One point for each cube of side `cell` \[m\] with points: their mean, with their mean direction as normal.
+    /// Points with normals that look opposite ways stay apart: they are of the two sides of a thin wall. In the
+    /// order of the cubes, so that without normals the order of the points does not matter but for rounding.
     ///
     /// # Errors
-    /// [`GeometryError::CloudNotFinite`]; [`GeometryError::Setting`] for a cell that is not positive, or over a billion times
-    /// smaller than a coordinate.
+    /// [`GeometryError::CloudNotFinite`]; [`GeometryError::Setting`] for a cell that is not positive, or over a
+    /// billion times smaller than a coordinate.
     pub fn thinned(&self, cell: f64) -> Result<Self, GeometryError> {
         if let Some(point) = self
             .points

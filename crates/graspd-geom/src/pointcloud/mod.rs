@@ -90,7 +90,8 @@ impl PointCloud {
     /// Checks that the cloud has points and a normal for each.
     ///
     /// # Errors
-    /// As [`PointCloud::require_points`]; [`GeometryError::CloudNormals`] if there are none, or not one for each point.
+    /// As [`PointCloud::require_points`]; [`GeometryError::CloudNormals`] if there are none, or not one for each
+    /// point.
     pub fn require_surface(&self) -> Result<(), GeometryError> {
         self.require_points()?;
         if self.normals.len() == self.points.len() {

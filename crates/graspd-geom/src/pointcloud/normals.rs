@@ -13,7 +13,8 @@ impl PointCloud {
     /// so that its outermost points in all directions look outward.
     ///
     /// Thin walls need points closer to each other than the wall is thick; where camera positions are known,
-    /// [`PointCloud::orient_towards`] is surer. Runs on rayon's current thread pool, with the same result for any number of threads.
+    /// [`PointCloud::orient_towards`] is surer. Runs on rayon's current thread pool, with the same result for any
+    /// number of threads.
     ///
     /// # Errors
     /// As [`PointCloud::require_points`]; [`GeometryError::Setting`] for fewer than 3 or more than 1000 neighbours.
@@ -49,7 +50,8 @@ impl PointCloud {
             .collect()
     }
 
-    /// Turns each normal towards the camera that saw its point: `cameras` are their positions, one for each point \[m\].
+    /// Turns each normal towards the camera that saw its point: `cameras` are their positions, one for each point
+    /// \[m\].
     ///
     /// # Errors
     /// As [`PointCloud::require_surface`]; [`GeometryError::CloudNormals`] if there is not one camera for each point.

@@ -1,7 +1,7 @@
 //! How a surface crosses a cube, for each of the 256 sets of corners inside.
 
-/// The corners that an edge along each axis starts from; corner c lies at bits (x, y, z) = (c & 1, c >> 1 & 1, c >> 2).
-/// Edge number = 4 axis + place in the list.
+/// The corners that an edge along each axis starts from; corner c lies at bits (x, y, z) = (c & 1, c >> 1 & 1, c >>
+/// 2). Edge number = 4 axis + place in the list.
 pub(super) const EDGE_STARTS: [[usize; 4]; 3] = [[0, 2, 4, 6], [0, 1, 4, 5], [0, 1, 2, 3]];
 
 /// The corners of each face, counter-clockwise seen from outside the cube.

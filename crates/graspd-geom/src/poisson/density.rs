@@ -48,7 +48,8 @@ impl Density {
 
     /// Samples per area of the unit cube at a position on a surface with the given unit normal.
     ///
-    /// Each sample counts by (1 + cosine of the angle between the normals) / 2: the other side of a thin wall does not.
+    /// Each sample counts by (1 + cosine of the angle between the normals) / 2: the other side of a thin wall does
+    /// not.
     pub(super) fn at(&self, position: &[f64; 3], normal: &[f64; 3]) -> f64 {
         let mut density = 0.0;
         for (depth, cells, sums) in &self.levels {

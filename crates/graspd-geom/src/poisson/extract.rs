@@ -160,7 +160,8 @@ impl Lattice<'_> {
     fn mesh(&self, crossed: &[Crossed], cube: &Cube) -> TriangleMesh {
         let cells: Vec<[u32; 3]> = crossed.iter().map(|cell| cell.0).collect();
         let numbers = Runs::from_sorted(self.level.cells.side(), &cells);
-        // A cell owns the vertices on the three edges from its lowest corner: all four cells around an edge are crossed.
+        // A cell owns the vertices on the three edges from its lowest corner: all four cells around an edge are
+        // crossed.
         let owned = |inside: u8| [1, 2, 4].map(|end| (inside ^ inside >> end) & 1 == 1);
         let mut count = 0;
         let first_vertex: Vec<u32> = crossed

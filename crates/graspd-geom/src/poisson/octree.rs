@@ -6,8 +6,8 @@ use super::samples::Sample;
 /// Levels up to this depth have all their cells: so few that a sparse set would save nothing.
 const FULL_DEPTH: u32 = 4;
 
-/// Cells on each side of one with samples. One is what a sample's spread reaches; with two, the error of the surface is
-/// a quarter smaller, and with three no smaller still.
+/// Cells on each side of one with samples. One is what a sample's spread reaches; with two, the error of the
+/// surface is a quarter smaller, and with three no smaller still.
 const MARGIN: usize = 2;
 
 /// One level: cells of side 2^-depth of the unit cube.

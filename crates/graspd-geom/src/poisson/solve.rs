@@ -106,8 +106,8 @@ impl Implicit {
         0.0
     }
 
-    /// By how much the values at the samples are above their targets, a mean weighted by areas: the surface is where the
-    /// function has this value.
+    /// By how much the values at the samples are above their targets, a mean weighted by areas: the surface is
+    /// where the function has this value.
     pub(super) fn mean_at(&self, samples: &[Sample]) -> f64 {
         let values: Vec<f64> = samples
             .par_iter()

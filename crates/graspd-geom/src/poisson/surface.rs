@@ -13,8 +13,8 @@ use super::solve::{FINER, Implicit};
 use super::thin_walls;
 use crate::{GeometryError, PointCloud, TriangleMesh};
 
-/// Memory for each square of a cell's side on the surface \[bytes\]: about 5.5 cells around it with their field, nodes,
-/// matrix and vectors, those of the coarser levels, and the mesh.
+/// Memory for each square of a cell's side on the surface \[bytes\]: about 5.5 cells around it with their field,
+/// nodes, matrix and vectors, those of the coarser levels, and the mesh.
 const BYTES_PER_SURFACE_CELL: f64 = 2300.0;
 /// Memory for each row of cells of the finest level, whether there are cells in it or not \[bytes\].
 const BYTES_PER_ROW: f64 = 16.0;
@@ -30,7 +30,8 @@ pub struct PoissonSurface {
     pub mesh: TriangleMesh,
     /// How many points per area of surface there are around each vertex \[1/m^2\]; 0 far from all.
     pub density: Vec<f64>,
-    /// The value of the implicit function on the surface: its mean at the points (less their targets), inside about -0.5, outside 0.5.
+    /// The value of the implicit function on the surface: its mean at the points (less their targets), inside about
+    /// -0.5, outside 0.5.
     pub isovalue: f64,
 }
 
@@ -63,11 +64,12 @@ impl PoissonSurface {
 ///
 ///   integral |grad chi - V|^2 + (weight / cell side) * sum over points of area * (chi(point) - target)^2,
 ///
-/// V being the points' normals, each times the area of surface that the point stands for, spread over cells with about
-/// one point each; the target is 0, or slightly inside where the wall is thinner than a cell. The basis is trilinear; the border of the cube is free (Neumann). Levels are solved from the
-/// coarsest to the finest, each by conjugate gradients from the one before: around the points they need 10 to
-/// 30 iterations at any depth, where a factorisation would fill in. The mesh is always closed: where the
-/// surface would leave the cube, it is cut off along its faces.
+/// V being the points' normals, each times the area of surface that the point stands for, spread over cells with
+/// about one point each; the target is 0, or slightly inside where the wall is thinner than a cell. The basis is
+/// trilinear; the border of the cube is free (Neumann). Levels are solved from the coarsest to the finest, each by
+/// conjugate gradients from the one before: around the points they need 10 to 30 iterations at any depth, where a
+/// factorisation would fill in. The mesh is always closed: where the surface would leave the cube, it is cut off
+/// along its faces.
 ///
 /// Points with a zero normal are left out. Runs on rayon's current thread pool; the result does not depend on
 /// the number of threads.

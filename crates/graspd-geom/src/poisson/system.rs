@@ -93,9 +93,9 @@ impl<'a> System<'a> {
         partial.iter().sum()
     }
 
-    /// Solves for the unknowns by conjugate gradients with the diagonal as preconditioner, from the values given; other
-    /// nodes keep theirs. Ends when the residual is below `tolerance` times the norm of the right-hand side; gives
-    /// the number of iterations.
+    /// Solves for the unknowns by conjugate gradients with the diagonal as preconditioner, from the values given;
+    /// other nodes keep theirs. Ends when the residual is below `tolerance` times the norm of the right-hand side;
+    /// gives the number of iterations.
     pub(super) fn solve(
         &self,
         right: &[f64],

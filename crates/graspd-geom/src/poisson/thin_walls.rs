@@ -13,8 +13,8 @@ use super::splat::{gather, splat};
 /// Where less than this part of the area around a sample looks the other way, nothing is thin. A wall of one cell has
 /// 0.26, one of no thickness 0.5.
 const THICK: f64 = 0.25;
-/// Value that samples of both sides of a wall without thickness are drawn to; the surface's own is 0, and far inside it is
-/// about -0.5. Less leaves holes, more thickens walls that have none.
+/// Value that samples of both sides of a wall without thickness are drawn to; the surface's own is 0, and far
+/// inside it is about -0.5. Less leaves holes, more thickens walls that have none.
 const SLIGHTLY_INSIDE: f64 = -0.01;
 
 /// Gives each sample the value that the function is drawn to there, for cells of a depth.

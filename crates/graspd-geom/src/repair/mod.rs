@@ -74,8 +74,8 @@ pub fn connected_parts(mesh: &TriangleMesh) -> Vec<TriangleMesh> {
 /// Makes one closed, consistently oriented surface of any triangles: open, doubled, nested, inside out, intersecting,
 /// not manifold, unconnected.
 ///
-/// * A mesh that is closed (every edge has two faces that agree on the outside, and the volume is positive) is returned
-///   as it is, bit for bit.
+/// * A mesh that is closed (every edge has two faces that agree on the outside, and the volume is positive) is
+///   returned as it is, bit for bit.
 /// * Otherwise defects are mended where they are: superfluous faces are dropped, open edges that lie upon each other
 ///   are welded, manifolds that share edges or vertices are cut apart, faces are turned to agree
 ///   with their neighbours, holes are filled with smooth patches of the density around them, parts are turned

@@ -180,8 +180,8 @@ impl Work<'_> {
         true
     }
 
-    /// Whether the faces a d c and b c d beat a b c and b a d: the angles opposite the edge a b sum to more than half a
-    /// turn, and the new faces look the same way as the old.
+    /// Whether the faces a d c and b c d beat a b c and b a d: the angles opposite the edge a b sum to more than
+    /// half a turn, and the new faces look the same way as the old.
     fn is_better(&self, corners: [u32; 4]) -> bool {
         const MARGIN: f64 = 1e-9;
         let [a, b, c, d] = corners.map(|v| self.at(v));

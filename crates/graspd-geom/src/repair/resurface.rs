@@ -37,8 +37,8 @@ pub(super) struct Resurfaced {
     pub(super) thickened: f64,
 }
 
-/// The boundary of the points about which the faces wind more than half a time, and of shells around faces that enclose
-/// nothing.
+/// The boundary of the points about which the faces wind more than half a time, and of shells around faces that
+/// enclose nothing.
 pub(super) fn resurface(
     mesh: &TriangleMesh,
     settings: &RepairSettings,

@@ -14,7 +14,8 @@ const MOST_PIXELS: usize = 20_000;
 /// A pinhole camera with the distortion of Brown and Conrady.
 ///
 /// Its frame: x to the right of the image, y down, z along the line of sight; the first pixel's centre has the
-/// coordinates (0, 0). A point (X, Y, Z) is seen at u = fx x'' + cx, v = fy y'' + cy, with x = X/Z, y = Y/Z, r^2 = x^2 + y^2,
+/// coordinates (0, 0). A point (X, Y, Z) is seen at u = fx x'' + cx, v = fy y'' + cy, with x = X/Z, y = Y/Z, r^2 =
+/// x^2 + y^2,
 ///
 ///   x'' = x (1 + k1 r^2 + k2 r^4 + k3 r^6) + 2 p1 x y + p2 (r^2 + 2 x^2),
 ///   y'' = y (1 + k1 r^2 + k2 r^4 + k3 r^6) + p1 (r^2 + 2 y^2) + 2 p2 x y.
@@ -37,7 +38,8 @@ pub struct PinholeCamera {
 }
 
 impl PinholeCamera {
-    /// A camera of `width` x `height` pixels from its matrix K = ((fx, 0, cx), (0, fy, cy), (0, 0, 1)), without distortion.
+    /// A camera of `width` x `height` pixels from its matrix K = ((fx, 0, cx), (0, fy, cy), (0, 0, 1)), without
+    /// distortion.
     ///
     /// # Errors
     /// [`GeometryError::Camera`] for a matrix of another form, or numbers that no camera has.
@@ -140,8 +142,8 @@ impl PinholeCamera {
         pixel.iter().all(|x| x.is_finite()).then_some(pixel)
     }
 
-    /// The direction, with z = 1, of what is seen at pixel (`u`, `v`); `None` where the lens bends no ray there, as happens
-    /// far outside the image.
+    /// The direction, with z = 1, of what is seen at pixel (`u`, `v`); `None` where the lens bends no ray there, as
+    /// happens far outside the image.
     pub fn ray(&self, u: f64, v: f64) -> Option<Vector3<f64>> {
         let target = Vector2::new(
             (u - self.center[0]) / self.focal[0],

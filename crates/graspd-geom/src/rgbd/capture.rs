@@ -10,8 +10,8 @@ const RIGID_TOLERANCE: f64 = 1e-3;
 /// A camera farther away than this \[m\] has its place in millimetres.
 const FARTHEST: f64 = 10.0;
 
-/// Side of the blocks of a mask's pixels in which the nearest point is looked for: over twice the distance between depth
-/// pixels there, so that points of one surface leave no gaps.
+/// Side of the blocks of a mask's pixels in which the nearest point is looked for: over twice the distance between
+/// depth pixels there, so that points of one surface leave no gaps.
 const BLOCK: usize = 4;
 
 /// A plane n . p + offset = 0, with its unit normal on the side that things stand on.
@@ -61,9 +61,9 @@ pub struct ObjectMask {
 impl ObjectMask {
     /// Those of all points that a depth camera saw, in its frame, that this camera sees as the object.
     ///
-    /// What is behind another point by more than `jump` \[m\] is hidden from this camera: the mask tells nothing of it. A pixel
-    /// counts only if its eight neighbours show the object, too: one at the object's foot shows the table as well, and seen
-    /// aslant that reaches several millimetres in front of the object.
+    /// What is behind another point by more than `jump` \[m\] is hidden from this camera: the mask tells nothing of
+    /// it. A pixel counts only if its eight neighbours show the object, too: one at the object's foot shows the
+    /// table as well, and seen aslant that reaches several millimetres in front of the object.
     fn shown(&self, points: &[Point3<f64>], jump: f64) -> Vec<Point3<f64>> {
         let columns = self.camera.width.div_ceil(BLOCK);
         let rows = self.camera.height.div_ceil(BLOCK);

@@ -5,8 +5,8 @@ use std::collections::HashMap;
 use super::Plane;
 use crate::TriangleMesh;
 
-/// The part of a mesh above a plane, open there: faces that cross it are cut. Vertices nearer to it than `snap` \[m\] are moved
-/// onto it first, so that no sliver is left.
+/// The part of a mesh above a plane, open there: faces that cross it are cut. Vertices nearer to it than `snap`
+/// \[m\] are moved onto it first, so that no sliver is left.
 pub(super) fn above(mesh: &TriangleMesh, plane: &Plane, snap: f64) -> TriangleMesh {
     let mut cut = TriangleMesh {
         vertices: mesh.vertices.clone(),

@@ -36,9 +36,9 @@ impl DepthImage {
         self.raw.iter().filter(|&&raw| raw > 0).count()
     }
 
-    /// The image without pixels whose neighbourhood (`radius` pixels in each direction) spans more than `jump` \[m\] in
-    /// depth: at the edge of an object a camera mixes it with what is behind ("flying pixels"). A radius of 0 leaves
-    /// all pixels.
+    /// The image without pixels whose neighbourhood (`radius` pixels in each direction) spans more than `jump`
+    /// \[m\] in depth: at the edge of an object a camera mixes it with what is behind ("flying pixels"). A radius
+    /// of 0 leaves all pixels.
     pub fn without_edges(&self, radius: usize, jump: f64) -> Self {
         let (width, height) = (self.width, self.height);
         // Lowest and highest valid value of each window, first along rows, then along columns.
@@ -71,7 +71,8 @@ impl DepthImage {
         Self { raw, ..*self }
     }
 
-    /// Reads a grey PNG of 16 bits a pixel, `unit` metres for each unit; `invalid` is a value that means no depth, besides 0.
+    /// Reads a grey PNG of 16 bits a pixel, `unit` metres for each unit; `invalid` is a value that means no depth,
+    /// besides 0.
     ///
     /// # Errors
     /// A file that cannot be read, is cut off or damaged, or holds another kind of picture.

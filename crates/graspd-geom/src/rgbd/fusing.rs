@@ -74,11 +74,11 @@ pub struct FusedCloud {
     pub table: Option<Plane>,
 }
 
-/// Makes one cloud of all views: pixels at edges left out; of views without a mask only what stands on the table (the
-/// capture's, or else the plane that most points lie on), the largest connected part; normals estimated in each view by itself
-/// and turned to its camera; dense points averaged, those of the two sides of a wall apart; stray points left out; the rest
-/// moved onto quadratic surfaces through their neighbours on the same side. Runs on rayon's current thread pool, with the same
-/// result for any number of threads.
+/// Makes one cloud of all views: pixels at edges left out; of views without a mask only what stands on the table
+/// (the capture's, or else the plane that most points lie on), the largest connected part; normals estimated in
+/// each view by itself and turned to its camera; dense points averaged, those of the two sides of a wall apart;
+/// stray points left out; the rest moved onto quadratic surfaces through their neighbours on the same side. Runs on
+/// rayon's current thread pool, with the same result for any number of threads.
 ///
 /// # Errors
 /// Settings out of range; as [`PointCloud::require_points`] if what is left can be no object.
@@ -195,8 +195,8 @@ fn joined(clouds: &[PointCloud]) -> PointCloud {
 }
 
 impl PointCloud {
-    /// Puts normals in place of the directions to the camera that saw all the points: of the planes through each point and its
-    /// nearest ones, turned to the camera. Of fewer points than make a surface, the directions stay.
+    /// Puts normals in place of the directions to the camera that saw all the points: of the planes through each
+    /// point and its nearest ones, turned to the camera. Of fewer points than make a surface, the directions stay.
     fn estimate_normals_in_view(&mut self, neighbours: usize) {
         if self.require_surface().is_err() {
             return;

@@ -7,7 +7,8 @@ use rand_chacha::ChaCha8Rng;
 
 /// Step of 1/z between neighbouring disparities \[1/m\]: 2.85 mm of depth at 1 m.
 const DISPARITY_STEP: f64 = 1.0 / 351.3;
-/// Standard deviation of depth that no distance goes below \[m\], how it grows \[1/m\], and from which distance on \[m\].
+/// Standard deviation of depth that no distance goes below \[m\], how it grows \[1/m\], and from which distance on
+/// \[m\].
 const AXIAL: [f64; 3] = [0.0012, 0.0019, 0.4];
 /// What it gains at grazing angles, and from which angle on \[rad\].
 const AXIAL_GRAZING: f64 = 0.0001;
@@ -28,17 +29,18 @@ pub(super) const SILHOUETTE_JUMP: f64 = 0.02;
 /// * A pixel looks beside where it should, by a normal deviate of 0.8 + 0.035 q pixels along each axis.
 /// * Depth has normal noise of 1.2 mm + 1.9 mm (z/m - 0.4)^2, beyond 60 degrees also 0.1 mm q^2 / sqrt(z/m).
 /// * 1/z is then rounded to multiples of 1/351.3 m: steps of 2.85 mm at 1 m that grow with z^2.
-/// * A pixel is lost with a probability that rises from 0 at 70 degrees to 1 at 85, and in half of all cases beside a jump of
-///   over 20 mm.
+/// * A pixel is lost with a probability that rises from 0 at 70 degrees to 1 at 85, and in half of all cases beside
+///   a jump of over 20 mm.
 ///
-/// The scale multiplies deviations, steps and (up to 1) probabilities; at 0 depths are exact to the image's unit. Pixels are
-/// independent, where those of a real camera have part of their noise in common with their neighbours.
+/// The scale multiplies deviations, steps and (up to 1) probabilities; at 0 depths are exact to the image's unit.
+/// Pixels are independent, where those of a real camera have part of their noise in common with their neighbours.
 ///
 /// # Source
-/// Deviations: Nguyen, Izadi and Lovell, "Modeling Kinect sensor noise for improved 3D reconstruction and tracking", 3DIMPVT 2012
-/// (fitted to measurements). Steps: Barron and Malik, "Intrinsic scene properties from a single RGB-D image", CVPR 2013
-/// (disparity 35130 / depth in cm), which agrees with Khoshelham and Oude Elberink, "Accuracy and resolution of Kinect depth data
-/// for indoor mapping applications", Sensors 12 (2012): 2.85 mm at 1 m. The probabilities of a loss are ours, and not measured.
+/// Deviations: Nguyen, Izadi and Lovell, "Modeling Kinect sensor noise for improved 3D reconstruction and
+/// tracking", 3DIMPVT 2012 (fitted to measurements). Steps: Barron and Malik, "Intrinsic scene properties from a
+/// single RGB-D image", CVPR 2013 (disparity 35130 / depth in cm), which agrees with Khoshelham and Oude Elberink,
+/// "Accuracy and resolution of Kinect depth data for indoor mapping applications", Sensors 12 (2012): 2.85 mm at 1
+/// m. The probabilities of a loss are ours, and not measured.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DepthNoise {
     /// 1 for such a camera, 0 for a perfect one.

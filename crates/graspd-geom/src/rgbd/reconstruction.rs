@@ -27,15 +27,16 @@ pub struct ReconstructionSettings {
     /// The Poisson reconstruction's.
     pub poisson: PoissonSettings,
     /// The surface is cut away where it is farther from all points than so many cells of the finest depth (and than
-    /// [`ReconstructionSettings::gap`]), and the hole patched: above all under the object. Infinity keeps the whole Poisson
-    /// surface, which bulges there.
+    /// [`ReconstructionSettings::gap`]), and the hole patched: above all under the object. Infinity keeps the whole
+    /// Poisson surface, which bulges there.
     pub trim: f64,
     /// Gaps between points that are bridged in any case \[m\].
     pub gap: f64,
 }
 
 impl Default for ReconstructionSettings {
-    /// Depth 6: on rendered captures as accurate as any deeper one, and twice as accurate as the paper's 5 (docs/rgbd.md).
+    /// Depth 6: on rendered captures as accurate as any deeper one, and twice as accurate as the paper's 5
+    /// (docs/rgbd.md).
     fn default() -> Self {
         Self {
             poisson: PoissonSettings {
@@ -69,8 +70,8 @@ pub struct Reconstruction {
     pub trimmed: f64,
 }
 
-/// Reconstructs a closed surface from points with outward normals: screened Poisson reconstruction, cut off at the table
-/// that the object stands on, if that is known, and cut away where nothing was seen, closed by [`repair`].
+/// Reconstructs a closed surface from points with outward normals: screened Poisson reconstruction, cut off at the
+/// table that the object stands on, if that is known, and cut away where nothing was seen, closed by [`repair`].
 ///
 /// `name`: for errors.
 ///
@@ -133,9 +134,9 @@ fn largest_part(mesh: &TriangleMesh) -> TriangleMesh {
         .unwrap_or_default()
 }
 
-/// Finds how a cloud lies on a mesh of the same object, both standing upright (`up` in the cloud's frame, z in the mesh's): from
-/// 24 turns about the vertical, the best registration. Moves the cloud's frame to the mesh's. Objects that look the same when
-/// turned come to lie in one of these ways.
+/// Finds how a cloud lies on a mesh of the same object, both standing upright (`up` in the cloud's frame, z in the
+/// mesh's): from 24 turns about the vertical, the best registration. Moves the cloud's frame to the mesh's. Objects
+/// that look the same when turned come to lie in one of these ways.
 ///
 /// # Errors
 /// As [`SignedDistance::new`]; [`GeometryError::CloudTooSmall`] if the two have nothing in common.

@@ -26,8 +26,8 @@ pub struct Registration {
 /// counting less. `None` if fewer than six points have a partner.
 ///
 /// # Source
-/// Chen and Medioni, "Object modelling by registration of multiple range images", Image and Vision Computing 10 (1992), with
-/// Cauchy weights.
+/// Chen and Medioni, "Object modelling by registration of multiple range images", Image and Vision Computing 10
+/// (1992), with Cauchy weights.
 pub(super) fn registered(
     points: &[Point3<f64>],
     start: &Isometry3<f64>,

@@ -28,8 +28,8 @@ struct Seen {
 }
 
 impl DepthScene<'_> {
-    /// The depth image that a camera takes; `view` numbers it among images with the same noise. Runs on rayon's current thread
-    /// pool, with the same result for any number of threads.
+    /// The depth image that a camera takes; `view` numbers it among images with the same noise. Runs on rayon's
+    /// current thread pool, with the same result for any number of threads.
     ///
     /// `unit`: metres for each unit of the image; what is farther than 65535 of them is not seen.
     pub fn depth_image(

@@ -11,13 +11,14 @@ const RIDGE: f64 = 1e-9;
 /// A point moves no farther than this part of its neighbourhood's radius: beyond, the fit is not to be trusted.
 const MOST_SHIFT: f64 = 0.5;
 
-/// Moves each point of an oriented cloud onto the quadratic surface h(u, v) over its neighbours' plane that fits the `neighbours`
-/// nearest ones with normals on the same side best, and gives it that surface's normal there. Flat and curved
-/// surfaces stay where they are (a plane would be drawn inward by curvature); noise along the normal falls to about 0.4
-/// of it for 24 neighbours; edges are rounded off within the neighbourhood.
+/// Moves each point of an oriented cloud onto the quadratic surface h(u, v) over its neighbours' plane that fits
+/// the `neighbours` nearest ones with normals on the same side best, and gives it that surface's normal there. Flat
+/// and curved surfaces stay where they are (a plane would be drawn inward by curvature); noise along the normal
+/// falls to about 0.4 of it for 24 neighbours; edges are rounded off within the neighbourhood.
 ///
 /// # Source
-/// One step of moving least squares without weights: Alexa et al., "Computing and rendering point set surfaces", IEEE TVCG 9(1), 2003.
+/// One step of moving least squares without weights: Alexa et al., "Computing and rendering point set surfaces",
+/// IEEE TVCG 9(1), 2003.
 pub(super) fn smooth(cloud: &mut PointCloud, neighbours: usize) {
     let tree = KdTree::new(&cloud.points);
     let smoothed: Vec<(Point3<f64>, Vector3<f64>)> = (0..cloud.points.len())

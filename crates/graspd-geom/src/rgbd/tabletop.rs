@@ -21,7 +21,8 @@ const LEAST_CLEARANCE: f64 = 0.003;
 /// Points in neighbouring cubes of this side are connected \[m\].
 const LINK: f64 = 0.006;
 
-/// The plane that most of the points lie on, its normal towards `eye`; `None` if there is none. The same for the same points.
+/// The plane that most of the points lie on, its normal towards `eye`; `None` if there is none. The same for the
+/// same points.
 pub(super) fn dominant_plane(points: &[Point3<f64>], eye: &Point3<f64>) -> Option<Plane> {
     let stride = points.len().div_ceil(SAMPLE).max(1);
     let sample: Vec<Point3<f64>> = points.iter().step_by(stride).copied().collect();
@@ -89,7 +90,8 @@ fn refined(points: &[Point3<f64>], plane: &Plane) -> Plane {
     }
 }
 
-/// The numbers of the points that stand on the table: above it by more than its own noise, in the largest connected part.
+/// The numbers of the points that stand on the table: above it by more than its own noise, in the largest connected
+/// part.
 pub(super) fn standing_on(points: &[Point3<f64>], table: &Plane) -> Vec<usize> {
     let table = refined(points, table);
     let (mut sum, mut count) = (0.0, 0.0);

@@ -64,12 +64,12 @@ pub fn standing_on_table(mesh: &TriangleMesh) -> Result<Isometry3<f64>, Geometry
 }
 
 /// Takes depth images of a mesh on a turntable, and writes them into `folder` (made if need be) in the layout that
-/// [`read_ycb_capture`](crate::read_ycb_capture) reads, `capture.json` among them. Files of another capture in it are replaced where
-/// they have the same name.
+/// [`read_ycb_capture`](crate::read_ycb_capture) reads, `capture.json` among them. Files of another capture in it
+/// are replaced where they have the same name.
 ///
-/// The mesh stands as it is, z up. Five cameras on a quarter arc look at a point 8 cm above the table from 0.7 m, 5 to
-/// 85 degrees above it; depth images have 640 x 480 pixels (focal length 570), masks 1280 x 1024. The table is seen, too;
-/// the object's underside is not. `progress` is told the fraction done.
+/// The mesh stands as it is, z up. Five cameras on a quarter arc look at a point 8 cm above the table from 0.7 m, 5
+/// to 85 degrees above it; depth images have 640 x 480 pixels (focal length 570), masks 1280 x 1024. The table is
+/// seen, too; the object's underside is not. `progress` is told the fraction done.
 ///
 /// # Errors
 /// Settings out of range; a mesh that is empty or larger than the pictures; files that cannot be written.

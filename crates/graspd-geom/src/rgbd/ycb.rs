@@ -59,8 +59,8 @@ impl Default for TurntableViews {
 }
 
 impl TurntableViews {
-    /// `count` views by the cameras 1, 3 and 5 at `count` / 3 angles, evenly spread but for the captures' steps of 3 degrees;
-    /// `None` unless `count` is a multiple of 3 from 3 to 360.
+    /// `count` views by the cameras 1, 3 and 5 at `count` / 3 angles, evenly spread but for the captures' steps of
+    /// 3 degrees; `None` unless `count` is a multiple of 3 from 3 to 360.
     pub fn spread(count: usize) -> Option<Self> {
         let angles = count / 3;
         if !count.is_multiple_of(3) || !(1..=120).contains(&angles) {
@@ -86,10 +86,11 @@ pub fn is_ycb_capture(folder: &Path) -> bool {
 
 /// Reads views of a capture, in the frame of its table.
 ///
-/// A view whose depth or pose file is absent, or without any depth, is left out and listed as missing. Views without a mask are
-/// kept whole. `views`: by default those that `capture.json` lists, or else the paper's 15.
+/// A view whose depth or pose file is absent, or without any depth, is left out and listed as missing. Views
+/// without a mask are kept whole. `views`: by default those that `capture.json` lists, or else the paper's 15.
 ///
-/// metres = raw * 1e-4 * `NPk_ir_depth_scale`; table_from_depth = `H_table_from_reference_camera` . inv(`H_NPk_ir_from_NP5`).
+/// metres = raw * 1e-4 * `NPk_ir_depth_scale`; table_from_depth = `H_table_from_reference_camera` .
+/// inv(`H_NPk_ir_from_NP5`).
 ///
 /// # Errors
 /// No calibration; a file that is damaged, cut off or holds arrays of other shapes; no view at all.

@@ -53,13 +53,13 @@ impl SdfGrid {
         self.interpolate(&self.cell(p, None))
     }
 
-    /// [`SdfGrid::distance_and_gradient`] at `p + rest`, where `rest` is what rounding to single precision has left of the
-    /// coordinates.
+    /// [`SdfGrid::distance_and_gradient`] at `p + rest`, where `rest` is what rounding to single precision has left
+    /// of the coordinates.
     ///
-    /// With `p` alone, a place 0.1 m from the origin is known to 4e-9 m, its cell coordinate as a difference from the
-    /// grid's origin to 1e-8 m, and at 1e5 N/m that is 1e-3 N. Here the coordinate is taken from the cell's own corner, so
-    /// that it is as exact as in double precision but for a relative 1e-7. `rest` must be much smaller than a cell; its
-    /// own derivatives are left out, and so is `rest` outside the grid's box.
+    /// With `p` alone, a place 0.1 m from the origin is known to 4e-9 m, its cell coordinate as a difference from
+    /// the grid's origin to 1e-8 m, and at 1e5 N/m that is 1e-3 N. Here the coordinate is taken from the cell's own
+    /// corner, so that it is as exact as in double precision but for a relative 1e-7. `rest` must be much smaller
+    /// than a cell; its own derivatives are left out, and so is `rest` outside the grid's box.
     #[inline(always)]
     pub fn distance_and_gradient_of_sum<T: Real>(&self, p: Vec3<T>, rest: Vec3<T>) -> (T, Vec3<T>) {
         self.interpolate(&self.cell(p, Some(rest)))

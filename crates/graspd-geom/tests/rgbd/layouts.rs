@@ -13,8 +13,8 @@ use tempfile::{TempDir, tempdir};
 /// Depths are rounded to 0.1 mm, half of it up or down, and rays are not perpendicular to what they meet.
 const ROUNDING: f64 = 0.0002;
 
-/// What is seen of the table where the colour camera's view past the object's edge differs from the depth camera's: they are
-/// 25 mm apart and 0.7 m away, and what is up to 15 mm behind an edge is not taken for hidden.
+/// What is seen of the table where the colour camera's view past the object's edge differs from the depth camera's:
+/// they are 25 mm apart and 0.7 m away, and what is up to 15 mm behind an edge is not taken for hidden.
 const PAST_THE_EDGE: f64 = 0.001;
 
 pub(crate) fn scanned(mesh: &TriangleMesh, views: usize, noise: f64) -> TempDir {

@@ -16,8 +16,9 @@ const FREE: f64 = 1e-9;
 
 /// Approaches along the palm's normal and closes.
 ///
-/// Every joint that closes moves by small steps until it pushes a point deeper than `contact_depth`, or fingers into each
-/// other, or comes to its limit; the others go on. A hand with a pose space closes along its first amplitude.
+/// Every joint that closes moves by small steps until it pushes a point deeper than `contact_depth`, or fingers
+/// into each other, or comes to its limit; the others go on. A hand with a pose space closes along its first
+/// amplitude.
 ///
 /// # Source
 /// GraspIt!'s approach-to-contact and auto-grasp: A. Miller, P. Allen, "GraspIt! A versatile simulator for robotic

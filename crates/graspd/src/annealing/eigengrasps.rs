@@ -24,9 +24,9 @@ impl Eigengrasps {
     /// At most `count` of them.
     ///
     /// A hand without joint limits has a pose space of its own, such as MANO's principal components: its first
-    /// coefficients are the amplitudes. For others the first closes all joints at once, 1 being closed, and the second
-    /// closes the distal joints of each finger and opens the others: flat against hooked fingers, much as the first two
-    /// components of human grasps.
+    /// coefficients are the amplitudes. For others the first closes all joints at once, 1 being closed, and the
+    /// second closes the distal joints of each finger and opens the others: flat against hooked fingers, much as
+    /// the first two components of human grasps.
     ///
     /// # Source
     /// M. Ciocarlie, P. Allen, "Hand posture subspaces for dexterous robotic grasping", IJRR 28(7), 2009, section 3;

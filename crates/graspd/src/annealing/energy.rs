@@ -8,8 +8,8 @@ use super::probe::Probe;
 use super::settings::AnnealingSettings;
 use crate::GraspError;
 
-/// A virtual contact faces away from the palm's back by at least this cosine: its normal along the palm's, or towards the
-/// middle of what the hand closes around.
+/// A virtual contact faces away from the palm's back by at least this cosine: its normal along the palm's, or
+/// towards the middle of what the hand closes around.
 const FACING: f64 = 0.5;
 
 /// A point of the hand that should touch. Its normal is kept in the frame of three points of the same body, so that it
@@ -79,8 +79,9 @@ impl ContactEnergy {
         })
     }
 
-    /// The energy \[m\] of the hand as it is placed: the mean over the virtual contacts of |d| + alignment (1 - n.g), with
-    /// the distance d to the object, the contact's outward normal n and the direction g to the nearest point of the object.
+    /// The energy \[m\] of the hand as it is placed: the mean over the virtual contacts of |d| + alignment (1 -
+    /// n.g), with the distance d to the object, the contact's outward normal n and the direction g to the nearest
+    /// point of the object.
     ///
     /// # Source
     /// M. Ciocarlie, P. Allen, "Hand posture subspaces for dexterous robotic grasping", IJRR 28(7), 2009, section 4.1;

@@ -43,10 +43,10 @@ struct Kept {
     contacts: Vec<Vec3<f64>>,
 }
 
-/// Searches `steps` neighbours for a grasp, from `start` on, and closes the hand: very fast simulated annealing over base
-/// pose and eigengrasp amplitudes on the contact energy. States in which the hand enters the object, or itself more than
-/// when it is open, are rejected. The best few are closed until joints are stopped, and of these grasps the one of the
-/// greatest epsilon is returned (of the least energy where none has force closure).
+/// Searches `steps` neighbours for a grasp, from `start` on, and closes the hand: very fast simulated annealing
+/// over base pose and eigengrasp amplitudes on the contact energy. States in which the hand enters the object, or
+/// itself more than when it is open, are rejected. The best few are closed until joints are stopped, and of these
+/// grasps the one of the greatest epsilon is returned (of the least energy where none has force closure).
 ///
 /// `observe` sees the number of each step.
 ///
@@ -54,8 +54,8 @@ struct Kept {
 /// If a setting is out of range or the hand's surface is not closed.
 ///
 /// # Source
-/// M. Ciocarlie, P. Allen, "Hand posture subspaces for dexterous robotic grasping", IJRR 28(7), 2009; L. Ingber, "Very fast
-/// simulated re-annealing", Mathematical and Computer Modelling 12(8), 1989; constants as in GraspIt!.
+/// M. Ciocarlie, P. Allen, "Hand posture subspaces for dexterous robotic grasping", IJRR 28(7), 2009; L. Ingber,
+/// "Very fast simulated re-annealing", Mathematical and Computer Modelling 12(8), 1989; constants as in GraspIt!.
 pub fn anneal(
     hand: &dyn Hand,
     object: &GraspObject,
@@ -187,8 +187,8 @@ struct Neighborhood<'a> {
 }
 
 impl Neighborhood<'_> {
-    /// A neighbour: every variable moves by a share of its range that is spread evenly over the orders of magnitude from
-    /// the temperature to 1.
+    /// A neighbour: every variable moves by a share of its range that is spread evenly over the orders of magnitude
+    /// from the temperature to 1.
     fn neighbor(&self, state: &State, temperature: f64, rng: &mut ChaCha8Rng) -> State {
         let mut share = || {
             let u: f64 = rng.random_range(-1.0..1.0);

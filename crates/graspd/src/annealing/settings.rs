@@ -3,7 +3,8 @@
 use graspd_settings::{AT_LEAST_ONE, NOT_NEGATIVE, Ranges, Validate, between, ranges};
 use serde::{Deserialize, Serialize};
 
-/// Simulated annealing of a hand's base and eigengrasp amplitudes on the contact energy, see [`anneal`](super::anneal).
+/// Simulated annealing of a hand's base and eigengrasp amplitudes on the contact energy, see
+/// [`anneal`](super::anneal).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct AnnealingSettings {

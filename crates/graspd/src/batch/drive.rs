@@ -67,9 +67,9 @@ pub struct BatchTally {
 
 /// Works through a shard of a batch on `pool`; to be called from outside of it.
 ///
-/// Objects are prepared and grasped on the pool's threads only. Enough objects are at hand at a time for every thread to
-/// have a start to work on, and no more: a 256^3 grid takes 70 MB. What becomes of a start or an object is recorded
-/// whether it fails or not; only files that cannot be written end the batch.
+/// Objects are prepared and grasped on the pool's threads only. Enough objects are at hand at a time for every
+/// thread to have a start to work on, and no more: a 256^3 grid takes 70 MB. What becomes of a start or an object
+/// is recorded whether it fails or not; only files that cannot be written end the batch.
 ///
 /// The final files are the same, timings apart, whatever the number of threads and however often the work was cut
 /// short.

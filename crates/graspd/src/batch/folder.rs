@@ -47,8 +47,8 @@ impl BatchFolder {
     /// Opens a folder for a shard of a batch, and makes it if need be.
     ///
     /// # Errors
-    /// [`GraspError::Locked`] if another process is at it; [`GraspError::BatchExists`] if there is something to go on with
-    /// but `resume` is false; [`GraspError::BatchDiffers`] if the folder is of another batch.
+    /// [`GraspError::Locked`] if another process is at it; [`GraspError::BatchExists`] if there is something to go
+    /// on with but `resume` is false; [`GraspError::BatchDiffers`] if the folder is of another batch.
     pub fn open(
         path: &Path,
         plan: &BatchPlan,

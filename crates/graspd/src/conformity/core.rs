@@ -1,4 +1,5 @@
-//! Balls that fill the hand: whatever is in one of them has gone into the hand, on whichever side of a wall its skin is.
+//! Balls that fill the hand: whatever is in one of them has gone into the hand, on whichever side of a wall its
+//! skin is.
 
 use graspd_geom::{Quaternion, SignedDistance, TriangleMesh, Vec3};
 use graspd_hand::{Hand, HandPose, Limit, PointForces};
@@ -59,9 +60,9 @@ impl HandSolids {
 /// Balls inside the open hand, each touching its skin from within at a sample of it, which they follow as the hand
 /// moves.
 ///
-/// An object that is nowhere deeper than D in the hand is nowhere nearer than r - D to the centre of a ball of radius r. In
-/// contrast to the depth of the skin in the object, which is never more than half the thickness of a wall, the lack of
-/// this distance tells how far a thin wall has cut into a finger.
+/// An object that is nowhere deeper than D in the hand is nowhere nearer than r - D to the centre of a ball of
+/// radius r. In contrast to the depth of the skin in the object, which is never more than half the thickness of a
+/// wall, the lack of this distance tells how far a thin wall has cut into a finger.
 #[derive(Clone, Debug)]
 pub(super) struct HandCore {
     skin: SkinSamples,

@@ -14,17 +14,17 @@ const CUTOFF: f64 = 6.0;
 /// -f max(R^2 / (R^2 + x^2) - 1 / 37, 0) + w max(-d - D min(2 f, 1), 0)^2 + W max(-d - L, 0)^2,    x = max(d + d_0, 0)
 /// ```
 ///
-/// with f how far the skin faces the object (0 to 1), the reach R, d_0 the depth at which a point touches, D the depth
-/// from which on it is too deep, that from which on it is far too deep, L, and w and W \[1/m^2\]. The gain ends at x = 6 R. In sum over the skin this is (with R small)
-/// minus the area that touches, and so no point that cannot reach the object holds back those that can. Skin inside the
-/// object that faces away from it is never right, however shallow: it belongs to a finger that has gone through a thin
-/// wall.
+/// with f how far the skin faces the object (0 to 1), the reach R, d_0 the depth at which a point touches, D the
+/// depth from which on it is too deep, that from which on it is far too deep, L, and w and W \[1/m^2\]. The gain
+/// ends at x = 6 R. In sum over the skin this is (with R small) minus the area that touches, and so no point that
+/// cannot reach the object holds back those that can. Skin inside the object that faces away from it is never
+/// right, however shallow: it belongs to a finger that has gone through a thin wall.
 ///
 /// A ball of the hand's core (`HandCore`) to whose centre the object is nearer than its radius by l costs
 /// `w_c max(l - D, 0)^2`.
 ///
-/// The derivative is continuous but for x = 6 R, where it falls from a 20th of its peak to 0; at that distance itself it
-/// is 0.
+/// The derivative is continuous but for x = 6 R, where it falls from a 20th of its peak to 0; at that distance
+/// itself it is 0.
 ///
 /// # Source
 /// The gain is the robust loss of Geman and McClure, Statistical methods for tomographic image reconstruction, 1987,
@@ -78,8 +78,8 @@ impl SkinCost {
         over.square().scale(self.core_factor)
     }
 
-    /// The derivative of [`SkinCost::core_value`] by the distance of the ball's centre, which is minus that by the lack
-    /// \[1/m\], and the weight \[1/m^2\] by which a squared residual has it. 0 at the kink.
+    /// The derivative of [`SkinCost::core_value`] by the distance of the ball's centre, which is minus that by the
+    /// lack \[1/m\], and the weight \[1/m^2\] by which a squared residual has it. 0 at the kink.
     #[inline]
     pub fn core_slope_and_weight(&self, lack: f64) -> (f64, f64) {
         let over = (lack - self.most_depth).max(0.0);
@@ -200,7 +200,9 @@ mod tests {
                 prop_assert_eq!((cost, slope(distance, facing)), (best, 0.0));
             }
             if facing == 0.0 {
-                prop_assert_eq!(cost, COST.deep_factor * distance.min(0.0).powi(2) + COST.limit_factor * (distance + COST.limit_depth).min(0.0).powi(2));
+                let deep = COST.deep_factor * distance.min(0.0).powi(2);
+                let beyond = COST.limit_factor * (distance + COST.limit_depth).min(0.0).powi(2);
+                prop_assert_eq!(cost, deep + beyond);
             }
         }
     }

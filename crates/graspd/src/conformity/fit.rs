@@ -195,8 +195,9 @@ impl<'a> HandFitter<'a> {
 
     /// Runs the stages one after the other.
     ///
-    /// Within an iteration the cost is fixed and a step is taken only if it lowers it; from one iteration to the next the
-    /// reach shrinks. Joints at a limit that the gradient pushes beyond it are left where they are for that step.
+    /// Within an iteration the cost is fixed and a step is taken only if it lowers it; from one iteration to the
+    /// next the reach shrinks. Joints at a limit that the gradient pushes beyond it are left where they are for
+    /// that step.
     pub(super) fn run(
         &self,
         field: &dyn DistanceField,
@@ -331,8 +332,8 @@ fn moved(hand: &dyn Hand, pose: &HandPose, step: &DVector<f64>) -> HandPose {
 /// Fits a hand to an object: the pose, near `start`, in which as much skin as possible lies a fraction of a millimetre
 /// inside the object's surface and none much deeper.
 ///
-/// Levenberg-Marquardt on the base and all joints at once, within the joints' limits, first with few points of the skin
-/// that feel the object from afar, then with many that feel it only close by. `start` may be some way off.
+/// Levenberg-Marquardt on the base and all joints at once, within the joints' limits, first with few points of the
+/// skin that feel the object from afar, then with many that feel it only close by. `start` may be some way off.
 ///
 /// # Errors
 /// If a setting is out of range or the hand's surface is not closed.

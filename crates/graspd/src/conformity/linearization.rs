@@ -146,8 +146,8 @@ impl<'a> PoseCost<'a> {
         }
     }
 
-    /// Puts the hand somewhere: `placement` is overwritten. Of points that cannot have come within reach since `before`,
-    /// the distance is not looked up again.
+    /// Puts the hand somewhere: `placement` is overwritten. Of points that cannot have come within reach since
+    /// `before`, the distance is not looked up again.
     pub(super) fn place(
         &mut self,
         pose: &HandPose,

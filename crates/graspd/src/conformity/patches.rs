@@ -54,8 +54,8 @@ impl SkinPatches {
         self.skin.area()
     }
 
-    /// The points that are nearer to the object than this, of a hand with these vertices; by a field whose distances are off by up
-    /// to `off` \[m\].
+    /// The points that are nearer to the object than this, of a hand with these vertices; by a field whose
+    /// distances are off by up to `off` \[m\].
     pub(super) fn nearer_than(
         &self,
         distance: f64,

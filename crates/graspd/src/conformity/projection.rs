@@ -1,4 +1,5 @@
-//! The projection: what a fit has left too deep is pushed out, with many points of the skin and distances from the mesh.
+//! The projection: what a fit has left too deep is pushed out, with many points of the skin and distances from the
+//! mesh.
 
 use graspd_geom::{SdfGrid, SignedDistance};
 use graspd_hand::HandPose;
@@ -21,9 +22,9 @@ const FARTHER: f64 = 1e-4;
 const NEARLY: f64 = 5e-5;
 
 impl HandFitter<'_> {
-    /// Pushes out what is deeper than allowed, with many points of the skin near the object and its mesh itself, whose
-    /// edges a grid rounds; what touches is kept. Where that leaves some too deep, by still more points, the hand retreats from there
-    /// with no regard for what touches.
+    /// Pushes out what is deeper than allowed, with many points of the skin near the object and its mesh itself,
+    /// whose edges a grid rounds; what touches is kept. Where that leaves some too deep, by still more points, the
+    /// hand retreats from there with no regard for what touches.
     pub fn project(&self, sdf: &SdfGrid, mesh: &SignedDistance, start: &HandPose) -> FittedHand {
         let is_rigid = self.is_rigid();
         let field = ExactNearSurface {

@@ -63,9 +63,9 @@ pub struct ConformitySettings {
     pub rigid_deepest: f64,
     /// A point that is `depth_scale` deeper than that costs this many times what one that touches gains.
     pub limit_weight: f64,
-    /// What a ball of the hand's core costs that something is deeper in than allowed by `depth_scale`, in points of skin: in
-    /// both parts of the coarse fit, in the final one, and in the projection. At first hands may pass through edges on
-    /// their way around an object.
+    /// What a ball of the hand's core costs that something is deeper in than allowed by `depth_scale`, in points of
+    /// skin: in both parts of the coarse fit, in the final one, and in the projection. At first hands may pass
+    /// through edges on their way around an object.
     pub core_weights: [f64; 4],
     /// What each joint costs at a whole range from the relaxed posture, in points of skin.
     pub posture_weight: f64,

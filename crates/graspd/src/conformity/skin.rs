@@ -60,8 +60,8 @@ impl SkinSamples {
         })
     }
 
-    /// About `count` points, less even, and all vertices: where a hand digs in first. None is left out, as what is buried in another
-    /// part of the open hand may come out of it when the hand closes.
+    /// About `count` points, less even, and all vertices: where a hand digs in first. None is left out, as what is
+    /// buried in another part of the open hand may come out of it when the hand closes.
     pub(super) fn dense_on(surface: &TriangleMesh, count: usize) -> Self {
         let mut skin = Self::of(surface, &sample_by_sequence(surface, count), |_| true);
         skin.add_vertices(surface);

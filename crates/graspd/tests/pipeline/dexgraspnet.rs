@@ -1,5 +1,5 @@
-//! Files of other projects' grasps in both forms, written here as NumPy's `save` writes them: one dictionary a grasp, and
-//! one dictionary of arrays over all grasps.
+//! Files of other projects' grasps in both forms, written here as NumPy's `save` writes them: one dictionary a
+//! grasp, and one dictionary of arrays over all grasps.
 
 use std::path::PathBuf;
 

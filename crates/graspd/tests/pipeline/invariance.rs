@@ -18,8 +18,8 @@ const VOXEL: f64 = 1e-3;
 const ROUGHNESS: f64 = 0.1e-3;
 /// Rounding in the depth of the origin, relative to it.
 const ROUNDING: f64 = 1e-9;
-/// Voxels in and out of the boundary cancel but for this part of the whole: a mug's wall is three voxels thick, and here it
-/// lies along them.
+/// Voxels in and out of the boundary cancel but for this part of the whole: a mug's wall is three voxels thick, and
+/// here it lies along them.
 const DISCRETISATION: f64 = 0.1;
 
 /// A hand of the size of a man's pressed on a mug with a rough surface, the object first.
@@ -135,7 +135,8 @@ proptest! {
         prop_assert!(one.lower < other.upper && other.lower < one.upper, "{:?} {:?}", one, other);
     }
 
-    /// Voxels lie along the axes, whichever way the grasp is turned: what they count changes by those on the boundary alone.
+    /// Voxels lie along the axes, whichever way the grasp is turned: what they count changes by those on the
+    /// boundary alone.
     #[test]
     fn contact_and_penetration_are_invariant_within_a_voxel(
         shift in prop::array::uniform3(-0.2f64..0.2), turn in prop::array::uniform3(-3.0f64..3.0),

@@ -111,7 +111,9 @@ fn fault(record: &GraspRecord, joints: usize) -> String {
 prop_compose! {
     /// Any pose that a hand can have.
     fn poses()(
-        translation in prop::array::uniform3(prop::num::f64::NORMAL | prop::num::f64::SUBNORMAL | prop::num::f64::ZERO),
+        translation in prop::array::uniform3(
+            prop::num::f64::NORMAL | prop::num::f64::SUBNORMAL | prop::num::f64::ZERO,
+        ),
         turn in prop::array::uniform3(-4.0..4.0f64),
         articulation in prop::collection::vec(-3.0..3.0f64, 0..17),
     ) -> HandPose {

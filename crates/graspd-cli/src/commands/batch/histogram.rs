@@ -44,7 +44,8 @@ pub(super) fn histogram(title: &str, unit: &str, values: &[f64]) -> String {
             low + span * (bin + 1) as f64 / bins as f64,
         );
         svg += &format!(
-            "<rect x=\"{:.1}\" y=\"{:.1}\" width=\"{:.1}\" height=\"{height:.1}\"><title>{count}: {} to {}</title></rect>",
+            "<rect x=\"{:.1}\" y=\"{:.1}\" width=\"{:.1}\" height=\"{height:.1}\"><title>{count}: {} to \
+            {}</title></rect>",
             bin as f64 * width + 0.5,
             HEIGHT - height,
             (width - 1.0).max(0.5),

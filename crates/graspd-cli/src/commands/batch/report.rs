@@ -58,7 +58,8 @@ pub(super) fn write(
         .collect::<Result<Vec<_>>>()?;
     let mut body = tiles(&counts(summary));
     body += &format!(
-        "<p>A grasp holds if the object moves less than {HOLDS_BELOW_CM} cm in the simulation. Preset <code>{}</code>, {} starts a run.</p>\n",
+        "<p>A grasp holds if the object moves less than {HOLDS_BELOW_CM} cm in the simulation. Preset \
+        <code>{}</code>, {} starts a run.</p>\n",
         plan.configuration.settings.preset, plan.starts
     );
     body += "<h2>Means</h2>\n";

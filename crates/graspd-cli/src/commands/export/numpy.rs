@@ -1,8 +1,8 @@
 //! `.npy` files in the layout of DexGraspNet: for each object an array of dictionaries.
 //!
-//! `qpos` has the joints by name, the base's translation as `WRJTx`, `WRJTy`, `WRJTz` \[m\] and its rotation as the Euler
-//! angles `WRJRx`, `WRJRy`, `WRJRz` \[rad\] about fixed axes (`sxyz` of transforms3d); `scale` is what the object's mesh is
-//! multiplied by.
+//! `qpos` has the joints by name, the base's translation as `WRJTx`, `WRJTy`, `WRJTz` \[m\] and its rotation as the
+//! Euler angles `WRJRx`, `WRJRy`, `WRJRz` \[rad\] about fixed axes (`sxyz` of transforms3d); `scale` is what the
+//! object's mesh is multiplied by.
 
 use std::collections::{BTreeMap, HashMap};
 use std::path::{Path, PathBuf};

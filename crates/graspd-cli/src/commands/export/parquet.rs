@@ -185,7 +185,8 @@ fn schema() -> String {
             }
             Texts(_) => {
                 text += &format!(
-                    "REQUIRED GROUP {name} (LIST) {{ REPEATED GROUP list {{ REQUIRED BYTE_ARRAY element (UTF8); }} }}\n"
+                    "REQUIRED GROUP {name} (LIST) {{ REPEATED GROUP list {{ REQUIRED BYTE_ARRAY element (UTF8); \
+                    }} }}\n"
                 );
                 continue;
             }

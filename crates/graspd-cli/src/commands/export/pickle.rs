@@ -26,8 +26,8 @@ impl From<Option<f64>> for Python {
 /// An `.npy` file that holds a one-dimensional array of objects.
 ///
 /// # Source
-/// NEP 1 (the file format), and the opcodes of CPython's `pickletools`, protocol 3, which Python 3.0 and later read. The
-/// array is rebuilt as `numpy.ndarray.__reduce__` has it.
+/// NEP 1 (the file format), and the opcodes of CPython's `pickletools`, protocol 3, which Python 3.0 and later
+/// read. The array is rebuilt as `numpy.ndarray.__reduce__` has it.
 pub(super) fn npy_of_objects(values: &[Python]) -> Vec<u8> {
     let count = values.len();
     let mut header = format!("{{'descr': '|O', 'fortran_order': False, 'shape': ({count},), }}");

@@ -1,5 +1,5 @@
-//! MuJoCo scenes: the hand fixed at its grasp, the object free, both as convex pieces, since MuJoCo takes the hull of any
-//! mesh.
+//! MuJoCo scenes: the hand fixed at its grasp, the object free, both as convex pieces, since MuJoCo takes the hull
+//! of any mesh.
 
 use std::fmt::Write;
 use std::path::{Path, PathBuf};

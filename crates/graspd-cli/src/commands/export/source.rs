@@ -145,7 +145,8 @@ impl<'a> GraspSource<'a> {
         match (objects.next(), objects.next()) {
             (Some(object), None) => Ok(object),
             _ => bail!(
-                "{}: the grasps are for {scales} scales of the object, and a scene has one; export them in parts, one scale each",
+                "{}: the grasps are for {scales} scales of the object, and a scene has one; export them in parts, \
+                one scale each",
                 run.file.display()
             ),
         }

@@ -46,7 +46,8 @@ pub(crate) struct Arguments {
     #[arg(long, value_name = "INDEX", requires = "strip")]
     grasp: Option<usize>,
     /// Show the K best grasps only
-    #[arg(short = 'n', long, value_name = "K", value_parser = clap::builder::RangedU64ValueParser::<usize>::new().range(1..))]
+    #[arg(short = 'n', long, value_name = "K")]
+    #[arg(value_parser = clap::builder::RangedU64ValueParser::<usize>::new().range(1..))]
     count: Option<usize>,
     /// Columns of the sheet
     #[arg(long, value_name = "N", value_parser = clap::builder::RangedU64ValueParser::<usize>::new().range(1..=50))]

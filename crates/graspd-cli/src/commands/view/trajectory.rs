@@ -41,7 +41,8 @@ impl Trajectories {
 
 fn hint(path: &Path) -> String {
     format!(
-        "{}: cannot be read as the trajectory of these grasps; remove it, or make it again with graspd synth --trajectory",
+        "{}: cannot be read as the trajectory of these grasps; remove it, or make it again with graspd synth \
+        --trajectory",
         path.display()
     )
 }
