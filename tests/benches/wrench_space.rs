@@ -17,7 +17,7 @@ use nalgebra::{Point3, Vector3};
 const FRICTION: f64 = 0.8;
 const COUNTS: [usize; 5] = [4, 16, 64, 128, 1000];
 /// Contacts whose full hull is still a matter of a second.
-const MOST_FOR_HULL: usize = 64;
+const MAX_FOR_HULL: usize = 64;
 
 /// Wrenches of contacts on an ellipsoid, along a spiral of constant pitch.
 fn ellipsoid(axes: [f64; 3], count: usize) -> Vec<[f64; 6]> {
@@ -52,7 +52,7 @@ fn wrench_space(criterion: &mut Criterion) {
             group.bench_function(BenchmarkId::new("volume", count), |bencher| {
                 bencher.iter(|| hull_volume(black_box(&wrenches), &VolumeSettings::default()));
             });
-            if count <= MOST_FOR_HULL {
+            if count <= MAX_FOR_HULL {
                 group.bench_function(BenchmarkId::new("full hull", count), |bencher| {
                     bencher.iter(|| convex_hull(black_box(&wrenches)));
                 });

@@ -28,7 +28,7 @@ const COLOURS: [RGBColor; 7] = [
 ];
 const SIZE: (u32, u32) = (720, 440);
 /// Displacements below this are drawn there \[cm\]: the axis is logarithmic.
-const LEAST_DISPLACEMENT: f64 = 0.005;
+const MIN_DISPLACEMENT: f64 = 0.005;
 /// The object falls about this far when nothing holds it \[cm\].
 const LARGEST_DISPLACEMENT: f64 = 20.0;
 /// What the paper reports on true meshes: CA \[cm^2\], IV \[cm^3\], SD \[cm\].
@@ -111,7 +111,7 @@ fn contact(canvas: &Canvas<'_>, runs: &[Evaluation]) -> Result<()> {
 /// The share of all grasps that move less than so far.
 fn displacement(canvas: &Canvas<'_>, runs: &[Evaluation]) -> Result<()> {
     let axes = (
-        (LEAST_DISPLACEMENT..LARGEST_DISPLACEMENT).log_scale(),
+        (MIN_DISPLACEMENT..LARGEST_DISPLACEMENT).log_scale(),
         0.0..100.0,
     );
     let mut chart = chart(
@@ -127,11 +127,11 @@ fn displacement(canvas: &Canvas<'_>, runs: &[Evaluation]) -> Result<()> {
         let mut values: Vec<f64> = (run.objects.iter())
             .flat_map(|object| &object.grasps)
             .map(|grasp| grasp.terms(column)[0])
-            .map(|value| value.clamp(LEAST_DISPLACEMENT, LARGEST_DISPLACEMENT))
+            .map(|value| value.clamp(MIN_DISPLACEMENT, LARGEST_DISPLACEMENT))
             .collect();
         values.sort_by(f64::total_cmp);
         let share = |count: usize| 100.0 * count as f64 / values.len() as f64;
-        let mut line = vec![(LEAST_DISPLACEMENT, 0.0)];
+        let mut line = vec![(MIN_DISPLACEMENT, 0.0)];
         for (count, &value) in values.iter().enumerate() {
             line.extend([(value, share(count)), (value, share(count + 1))]);
         }

@@ -9,7 +9,7 @@ use crate::hull::{
 };
 
 /// A ball smaller than this, relative to the longest wrench, is the work of rounding.
-const LEAST_EPSILON: f64 = 1e-10;
+const MIN_EPSILON: f64 = 1e-10;
 
 /// What the normal forces of a grasp may be.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -150,7 +150,7 @@ pub fn ferrari_canny(
         ForceLimit::Sum => longest(wrenches),
         ForceLimit::Each => wrenches.chunks(group).map(longest).sum(),
     };
-    let least = LEAST_EPSILON * reach;
+    let least = MIN_EPSILON * reach;
     Ok(if upper <= least {
         let separation = (-upper).max(0.0);
         Epsilon::zero(NotForceClosure::OriginOutside { separation })

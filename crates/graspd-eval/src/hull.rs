@@ -44,7 +44,7 @@ pub use volume::{HullVolume, VolumeMethod, VolumeSettings, hull_volume};
 /// The most facets that a hull may have before [`convex_hull`] gives up: about 256 MB in six dimensions.
 ///
 /// The wrenches of 128 contacts with 8 edges each have about 460 000.
-pub const MOST_FACETS: usize = 2_000_000;
+pub const MAX_FACETS: usize = 2_000_000;
 
 /// What the points span.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -122,9 +122,9 @@ impl<const D: usize> ConvexHull<D> {
 ///
 /// # Errors
 /// [`EvaluationError::NotFinite`] for a coordinate that is NaN or infinite;
-/// [`EvaluationError::TooManyFacets`] where more than [`MOST_FACETS`] would be needed.
+/// [`EvaluationError::TooManyFacets`] where more than [`MAX_FACETS`] would be needed.
 pub fn convex_hull<const D: usize>(points: &[[f64; D]]) -> Result<ConvexHull<D>, EvaluationError> {
-    convex_hull_limited(points, MOST_FACETS)
+    convex_hull_limited(points, MAX_FACETS)
 }
 
 /// [`convex_hull`] with another limit on the number of facets that exist at any one time.

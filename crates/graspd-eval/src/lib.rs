@@ -75,7 +75,7 @@ pub use ferrari_canny::{
     grasp_quality,
 };
 pub use hull::{
-    ConvexHull, DepthBounds, DepthSearch, HullFacet, HullShape, HullVolume, MOST_FACETS,
+    ConvexHull, DepthBounds, DepthSearch, HullFacet, HullShape, HullVolume, MAX_FACETS,
     OriginDepth, VolumeMethod, VolumeSettings, convex_hull, convex_hull_limited, hull_volume,
     origin_depth, origin_depth_of_sum,
 };

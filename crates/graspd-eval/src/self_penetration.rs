@@ -17,7 +17,7 @@ const FOLD: f64 = 25e-3;
 /// Skin this near to where a straight way in comes out at rest is the same finger's other side \[m\].
 const OTHER_SIDE: f64 = 10e-3;
 /// Surfaces that a ray may enter before it leaves one.
-const MOST_HITS: usize = 64;
+const MAX_HITS: usize = 64;
 
 /// What of a hand may not meet, found once from the hand at rest.
 pub struct SelfPenetration {
@@ -208,7 +208,7 @@ fn way_out(
     direction: &Vector3<f64>,
 ) -> Option<(f64, usize)> {
     let mut length = PROBE;
-    for _ in 0..MOST_HITS {
+    for _ in 0..MAX_HITS {
         let hit = (solid.tree()).first_hit(&(from + direction * length), direction)?;
         length += hit.length;
         if hit.normal.dot(direction) > 0.0 {

@@ -13,12 +13,12 @@ pub(crate) type Ring = Vec<u32>;
 const RING_LEN: [usize; 2] = [6, 2048];
 
 /// The most pieces that a length is cut into, so that no edge length asked for costs unbounded memory.
-const MOST_PIECES: usize = 2048;
+const MAX_PIECES: usize = 2048;
 
 /// How many pieces of at most `edge` a length has; at least 1.
 pub(crate) fn pieces(length: f64, edge: f64) -> usize {
     // A float-to-integer cast saturates, and turns NaN into 0.
-    ((length / edge).ceil() as usize).clamp(1, MOST_PIECES)
+    ((length / edge).ceil() as usize).clamp(1, MAX_PIECES)
 }
 
 /// A mesh that grows ring by ring.

@@ -11,9 +11,9 @@ use crate::TriangleMesh;
 const SPLIT_ABOVE: f64 = 4.0 / 3.0;
 const COLLAPSE_BELOW: f64 = 4.0 / 5.0;
 /// A collapse or flip may turn no face by more than this (cosine).
-const MOST_TURN_COSINE: f64 = 0.3;
+const MAX_TURN_COSINE: f64 = 0.3;
 /// Passes of collapses in one round.
-const MOST_PASSES: usize = 12;
+const MAX_PASSES: usize = 12;
 /// Part of the way that a vertex moves to the middle of its neighbours in each round.
 const RELAXATION: f64 = 0.7;
 
@@ -47,7 +47,7 @@ pub fn remesh(
         work.measure();
         work.split(usize::MAX);
         // Neighbours of a collapsed edge wait for the next pass; where edges are far too short, many passes follow.
-        for _ in 0..MOST_PASSES {
+        for _ in 0..MAX_PASSES {
             work.measure();
             let before = work.vertex_count();
             if work.collapse(usize::MAX, COLLAPSE_BELOW) * 20 < before {
@@ -244,7 +244,7 @@ impl<'a, S: RemeshTarget> Remesher<'a, S> {
                 false => self.points[v as usize],
             });
             let new = (q - p).cross(&(r - p));
-            if old.dot(&new) < MOST_TURN_COSINE * old.norm() * new.norm() {
+            if old.dot(&new) < MAX_TURN_COSINE * old.norm() * new.norm() {
                 return None;
             }
         }
@@ -302,7 +302,7 @@ impl<'a, S: RemeshTarget> Remesher<'a, S> {
             let (first, second) = ([a, d, c], [d, b, c]);
             let keeps_side = [first, second].into_iter().all(|corners| {
                 let new = self.area_vector(corners);
-                new.dot(&old) > MOST_TURN_COSINE * new.norm() * old.norm()
+                new.dot(&old) > MAX_TURN_COSINE * new.norm() * old.norm()
             });
             if keeps_side {
                 self.replace_face(left, first);
@@ -336,15 +336,15 @@ impl<'a, S: RemeshTarget> Remesher<'a, S> {
 
     /// Splits or collapses a few edges at a time until there are `wanted` vertices.
     fn reach(&mut self, wanted: usize, rounds: usize) {
-        const MOST_AT_ONCE: usize = 16;
+        const MAX_AT_ONCE: usize = 16;
         let mut last = [0; 2];
         loop {
             let count = self.vertex_count();
             self.measure();
             let changed = if count > wanted {
-                self.collapse(MOST_AT_ONCE.min(count - wanted), f64::INFINITY)
+                self.collapse(MAX_AT_ONCE.min(count - wanted), f64::INFINITY)
             } else if count < wanted {
-                self.split(MOST_AT_ONCE.min(wanted - count))
+                self.split(MAX_AT_ONCE.min(wanted - count))
             } else {
                 break;
             };

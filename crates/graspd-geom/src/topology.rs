@@ -189,14 +189,14 @@ fn closed_walks(edges: &[[u32; 2]]) -> Vec<Vec<u32>> {
 }
 
 pub(crate) fn boundary_loop(loop_vertices: Vec<u32>, vertices: &[Point3<f64>]) -> BoundaryLoop {
-    const MOST_COMPARED: usize = 1000;
+    const MAX_COMPARED: usize = 1000;
     let points: Vec<_> = (loop_vertices.iter())
         .map(|&index| vertices[index as usize])
         .collect();
     let length = (0..points.len())
         .map(|i| (points[(i + 1) % points.len()] - points[i]).norm())
         .sum();
-    let stride = points.len().div_ceil(MOST_COMPARED);
+    let stride = points.len().div_ceil(MAX_COMPARED);
     let compared: Vec<_> = points.iter().step_by(stride).collect();
     let squared_diameter = (compared.iter().enumerate())
         .flat_map(|(i, a)| compared[..i].iter().map(move |b| (*a - *b).norm_squared()))

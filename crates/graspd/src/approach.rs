@@ -11,7 +11,7 @@ const WAY_POINTS: usize = 8;
 /// The way may be this much deeper in the object than the grasp itself \[m\]: the distance grid's own error.
 const DEPTH_TOLERANCE: f64 = 5e-4;
 /// Least distance between the pre-grasp and the object \[m\].
-const LEAST_CLEARANCE: f64 = 2e-3;
+const MIN_CLEARANCE: f64 = 2e-3;
 
 /// Poses on the way from `start` to `grasp`, without the grasp itself.
 pub(crate) fn way_points(start: &HandPose, grasp: &HandPose, order: ClosingOrder) -> Vec<HandPose> {
@@ -88,7 +88,7 @@ impl<'a> PathProbe<'a> {
                     return plan;
                 }
             }
-            if plan.clearance < LEAST_CLEARANCE {
+            if plan.clearance < MIN_CLEARANCE {
                 return plan;
             }
         }

@@ -9,7 +9,7 @@ use crate::object::GraspObject;
 use crate::pressing::Pressing;
 
 /// Lever arm below which joints can hardly move the contacts: bounds the squeeze where forces pass through axes \[m\].
-const LEAST_LEVER: f64 = 0.01;
+const MIN_LEVER: f64 = 0.01;
 
 /// How pre-grasps and squeezes are made from grasps.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -186,7 +186,7 @@ pub fn plan_squeeze(
         .map(|torque| if total > 0.0 { torque / total } else { 0.0 })
         .collect();
     let squared: f64 = levers.iter().map(|lever| lever * lever).sum();
-    let step = settings.squeeze / (squared + LEAST_LEVER * LEAST_LEVER);
+    let step = settings.squeeze / (squared + MIN_LEVER * MIN_LEVER);
     let mut articulation: Vec<f64> = (grasp.articulation.iter().zip(&levers))
         .map(|(joint, lever)| joint + step * lever)
         .collect();

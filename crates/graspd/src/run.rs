@@ -23,7 +23,7 @@ use crate::start::{initial_pose, start_rng};
 use crate::synthesis::{Losses, Synthesis};
 
 /// Starts that already touch the object are drawn again at most this often.
-const MOST_REDRAWS: usize = 100;
+const MAX_REDRAWS: usize = 100;
 
 /// What a run does besides optimising.
 #[derive(Clone, Debug)]
@@ -125,7 +125,7 @@ pub(crate) fn draw_start_at(
     let simulation = settings.simulation();
     let mut scene = Scene::<f64>::new(hand, &object.simulated, &simulation);
     let mut pose = initial_pose(hand, surface, standoff, &mut rng);
-    for _ in 0..MOST_REDRAWS {
+    for _ in 0..MAX_REDRAWS {
         scene.place(&pose);
         if scene.closest_distance() > 0.0 {
             break;

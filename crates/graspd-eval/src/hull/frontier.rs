@@ -33,9 +33,9 @@ const SLACK: f64 = 1e-9;
 /// How far `w . u` may be off 1 for a facet's own vertices.
 const RESIDUAL: f64 = 1e-12;
 /// Edges are computed from those of the vertex before; this many times in a row at most.
-const MOST_GENERATIONS: u8 = 6;
+const MAX_GENERATIONS: u8 = 6;
 /// A component along an edge this much smaller than the largest is no sure pivot.
-const LEAST_PIVOT: f64 = 1e-9;
+const MIN_PIVOT: f64 = 1e-9;
 /// Vertices looked at together.
 const BLOCK: usize = 8;
 
@@ -432,8 +432,8 @@ impl<const D: usize> Frontier<D> {
         vertex.generation += 1;
         let shares: [f64; D] = std::array::from_fn(|i| -dot(step, &vertex.edges[i]));
         let largest = shares.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
-        if vertex.generation > MOST_GENERATIONS
-            || share.abs() < LEAST_PIVOT * largest
+        if vertex.generation > MAX_GENERATIONS
+            || share.abs() < MIN_PIVOT * largest
             || !self.is_on_all(frame, &vertex.points, &place)
         {
             (place, vertex.edges) = self

@@ -10,7 +10,7 @@ use super::predicates::Predicates;
 /// With this many facets, where volume counts, a hull ...
 const LOOK_AT_FACETS: usize = 8000;
 /// ... with more points than this outside is left as it is: it would have hundreds of thousands in the end.
-const MOST_OUTSIDE: usize = 500;
+const MAX_OUTSIDE: usize = 500;
 
 /// Which facet's farthest point is next.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -54,7 +54,7 @@ pub(super) fn quickhull<const D: usize>(
         }
         if order == Order::MostVolume
             && polytope.count() >= LOOK_AT_FACETS
-            && outside.count > MOST_OUTSIDE
+            && outside.count > MAX_OUTSIDE
         {
             return Ok((polytope, false));
         }

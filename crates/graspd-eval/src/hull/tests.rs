@@ -20,7 +20,7 @@ fn exact_hull<const D: usize>(points: &[[f64; D]]) -> ConvexHull<D> {
         Start::Full { mut frame, simplex } => {
             frame.snap_to_grid();
             let (polytope, _) =
-                quickhull::quickhull(&frame, &simplex, MOST_FACETS, Order::Found).expect("a hull");
+                quickhull::quickhull(&frame, &simplex, MAX_FACETS, Order::Found).expect("a hull");
             in_input_coordinates(&frame, &polytope)
         }
         Start::Flat { affine_dimension } => without_interior(HullShape::Flat { affine_dimension }),
@@ -32,7 +32,7 @@ fn exact_hull<const D: usize>(points: &[[f64; D]]) -> ConvexHull<D> {
 fn bounds<const D: usize>(points: &[[f64; D]], relative_gap: f64) -> Option<DepthBounds> {
     let search = DepthSearch {
         relative_gap,
-        max_facets: MOST_FACETS,
+        max_facets: MAX_FACETS,
     };
     match origin_depth(points, &search).expect("finite points") {
         OriginDepth::Between(bounds) => Some(bounds),
@@ -369,7 +369,7 @@ proptest! {
             }
             sums = next;
         }
-        let search = DepthSearch { relative_gap: 0.0, max_facets: MOST_FACETS };
+        let search = DepthSearch { relative_gap: 0.0, max_facets: MAX_FACETS };
         let listed = origin_depth(&sums, &search).unwrap();
         let implied = origin_depth_of_sum(&points, 2, &search).unwrap();
         match (listed, implied) {

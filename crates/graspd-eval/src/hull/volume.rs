@@ -26,9 +26,9 @@ const COARSENINGS: [f64; 4] = [1.0, 1e3, 1e5, 1e7];
 /// Points left out within this of the extent leave a volume exact for all purposes.
 const EXACT: f64 = 1e-8;
 /// Facets of an inner polytope in exact arithmetic, which is slow.
-const MOST_EXACT_FACETS: usize = 2000;
+const MAX_EXACT_FACETS: usize = 2000;
 /// Exchanges of a vertex along one ray; tens are usual.
-const MOST_EXCHANGES: usize = 2000;
+const MAX_EXCHANGES: usize = 2000;
 
 /// How much effort a volume is worth.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -142,7 +142,7 @@ pub fn hull_volume<const D: usize>(
         }
     }
     frame.snap_to_grid();
-    let max_facets = settings.max_facets.min(MOST_EXACT_FACETS);
+    let max_facets = settings.max_facets.min(MAX_EXACT_FACETS);
     let (polytope, is_whole) = quickhull(&frame, &simplex, max_facets, Order::MostVolume)
         .map_err(|_| EvaluationError::Unresolved)?;
     Ok(volume_by(&frame, &polytope, is_whole, settings))
@@ -258,7 +258,7 @@ impl<'a, const D: usize> Rays<'a, D> {
     /// rounding ends it early, the result is a lower bound.
     fn reach(&mut self, corners: [u32; D], mut weights: [f64; D]) -> f64 {
         let mut corners = corners.map(|corner| self.points[corner as usize]);
-        for _ in 0..MOST_EXCHANGES {
+        for _ in 0..MAX_EXCHANGES {
             // The hyperplane normal . x = 1 through the corners.
             let Some(normal) = solve(corners, [1.0; D]) else {
                 break;

@@ -12,7 +12,7 @@ use crate::{GeometryError, TriangleMesh};
 /// Scenes nested deeper than this are taken for rings of nodes that instantiate each other.
 const DEEPEST: usize = 64;
 /// Nodes visited before a scene counts as one that multiplies itself without end.
-const MOST_NODES: usize = 100_000;
+const MAX_NODES: usize = 100_000;
 
 /// Reads triangles, polygons, strips and fans of every geometry that the scene shows, under the transforms of their
 /// nodes, in metres and with z up, as the file's `unit` and `up_axis` say. A file without a scene gives its geometries
@@ -143,7 +143,7 @@ impl<'a, 'input> Scene<'a, 'input, '_> {
         depth: usize,
     ) -> Result<(), GeometryError> {
         self.nodes += 1;
-        if depth > DEEPEST || self.nodes > MOST_NODES {
+        if depth > DEEPEST || self.nodes > MAX_NODES {
             return Err(self.fault(node, "its nodes contain themselves"));
         }
         let mut placement = *outer;

@@ -23,7 +23,7 @@ use crate::{GeometryError, TriangleMesh};
 /// Scenes nested deeper than this are taken for nodes that contain themselves.
 const DEEPEST: usize = 64;
 /// Nodes visited before a scene counts as one that multiplies itself without end.
-const MOST_NODES: usize = 100_000;
+const MAX_NODES: usize = 100_000;
 /// Bytes of a binary file's header, with that of its first chunk.
 const HEADER_LEN: usize = 20;
 
@@ -199,7 +199,7 @@ impl Scene<'_, '_> {
         depth: usize,
     ) -> Result<(), GeometryError> {
         self.nodes += 1;
-        if depth > DEEPEST || self.nodes > MOST_NODES {
+        if depth > DEEPEST || self.nodes > MAX_NODES {
             return Err(self.fault("its nodes contain themselves"));
         }
         let own = node.transform().matrix();

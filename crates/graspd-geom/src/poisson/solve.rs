@@ -15,7 +15,7 @@ pub(super) const FINER: u32 = 2;
 /// Residual over right-hand side at which a level counts as solved.
 const TOLERANCE: f64 = 1e-4;
 /// No level needs as many iterations.
-const MOST_ITERATIONS: usize = 200;
+const MAX_ITERATIONS: usize = 200;
 
 /// The implicit function: trilinear in the cells of the finest level that is there.
 pub(super) struct Implicit {
@@ -75,7 +75,7 @@ impl Implicit {
                 Some(coarse) => prolong(level, &levels[index - 1], coarse),
                 None => vec![0.0; level.nodes.len()],
             };
-            system.solve(&whole, &mut solution, TOLERANCE, MOST_ITERATIONS);
+            system.solve(&whole, &mut solution, TOLERANCE, MAX_ITERATIONS);
             values.push(solution);
         }
         Self { levels, values }

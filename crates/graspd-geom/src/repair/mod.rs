@@ -30,14 +30,14 @@ use slivers::degenerate_faces;
 
 /// A mended surface that overlaps itself or lies the wrong way round on more than this part of its area is made
 /// anew. Good scans cross themselves in a few faces, too.
-const MOST_MISPLACED: f64 = 0.03;
+const MAX_MISPLACED: f64 = 0.03;
 /// So is one more of which is patch than this, beside the input's area.
-const MOST_PATCHED: f64 = 0.5;
+const MAX_PATCHED: f64 = 0.5;
 /// So is one when parts that enclose nothing have more than this part of the input's area.
-const MOST_FLAT: f64 = 0.05;
+const MAX_FLAT: f64 = 0.05;
 /// Where a new surface is made and patches have less than this part of the input's area, they help to tell inside from
 /// outside; more of them hide it.
-const MOST_TRUSTED_PATCHES: f64 = 0.3;
+const MAX_TRUSTED_PATCHES: f64 = 0.3;
 
 /// A closed surface, and what was done to get it.
 #[derive(Clone, Debug, PartialEq)]
@@ -118,17 +118,17 @@ pub fn repair(
         mut report,
     } = mend(mesh, settings);
     let area = mesh.area();
-    let is_patchwork = patched_area > MOST_PATCHED * area || flat.area() > MOST_FLAT * area;
+    let is_patchwork = patched_area > MAX_PATCHED * area || flat.area() > MAX_FLAT * area;
     let is_sound = !settings.resurface
         && !is_patchwork
         && degenerate_faces(&closed) == 0
         && is_edge_manifold(&closed)
         && encloses_volume(signed_volume(&closed), &closed)
-        && misplaced_part(&closed) <= MOST_MISPLACED;
+        && misplaced_part(&closed) <= MAX_MISPLACED;
     let mesh_after = if is_sound {
         closed
     } else {
-        let source = if patched_area <= MOST_TRUSTED_PATCHES * area {
+        let source = if patched_area <= MAX_TRUSTED_PATCHES * area {
             let mut source = closed;
             source.append(&flat);
             source

@@ -9,7 +9,7 @@ use super::triangulate::{EdgeSet, edge, triangulate};
 /// Triangles are split while their centre is farther from their corners than the edges around are long, over this.
 const DENSITY: f64 = std::f64::consts::SQRT_2;
 /// No patch gets more vertices than this: memory stays bounded on holes that are large and finely edged.
-const MOST_VERTICES: usize = 100_000;
+const MAX_VERTICES: usize = 100_000;
 /// Rounds of refinement; each about halves the edges.
 const REFINEMENTS: usize = 24;
 /// Sweeps of edge flips after each refinement.
@@ -100,7 +100,7 @@ impl Work<'_> {
         for _ in 0..REFINEMENTS {
             let mut was_split = false;
             for index in 0..self.patch.faces.len() {
-                if self.patch.vertices.len() >= MOST_VERTICES {
+                if self.patch.vertices.len() >= MAX_VERTICES {
                     break;
                 }
                 let face = self.patch.faces[index];

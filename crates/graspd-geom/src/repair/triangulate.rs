@@ -49,9 +49,9 @@ pub(super) fn triangulate(
 /// The shortest allowed chord between vertices that are at least a quarter of the ring apart.
 fn short_chord(ring: &[u32], vertices: &[Point3<f64>], forbidden: &EdgeSet) -> Option<[usize; 2]> {
     /// On long rings only every k-th vertex is looked at.
-    const MOST_COMPARED: usize = 1000;
+    const MAX_COMPARED: usize = 1000;
     let n = ring.len();
-    let stride = n.div_ceil(MOST_COMPARED);
+    let stride = n.div_ceil(MAX_COMPARED);
     let at = |i: usize| vertices[ring[i] as usize];
     let mut best = None;
     let mut shortest = f64::INFINITY;

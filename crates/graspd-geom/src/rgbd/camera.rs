@@ -5,11 +5,11 @@ use nalgebra::{Matrix2, Matrix3, Point3, Vector2, Vector3};
 use crate::GeometryError;
 
 /// Newton steps after which an undistortion is given up; from a point in the image it takes 3 to 6.
-const MOST_STEPS: usize = 30;
+const MAX_STEPS: usize = 30;
 /// A ray is found when it is projected this near to its pixel, in units of the focal length: 1e-8 pixels.
 const ENOUGH: f64 = 1e-11;
 /// Pixels along each side beyond which a file is damaged rather than detailed.
-const MOST_PIXELS: usize = 20_000;
+const MAX_PIXELS: usize = 20_000;
 
 /// A pinhole camera with the distortion of Brown and Conrady.
 ///
@@ -84,7 +84,7 @@ impl PinholeCamera {
         let (width, height) = (self.width, self.height);
         if [width, height]
             .iter()
-            .any(|side| !(1..=MOST_PIXELS).contains(side))
+            .any(|side| !(1..=MAX_PIXELS).contains(side))
         {
             return fail(
                 format!("its image has {width} x {height} pixels"),
@@ -154,7 +154,7 @@ impl PinholeCamera {
         }
         // Newton's method: the fixed point iteration in common use does not converge for strong lenses.
         let mut guess = target;
-        for _ in 0..MOST_STEPS {
+        for _ in 0..MAX_STEPS {
             let (bent, derivative) = self.bend(&guess);
             let error = bent - target;
             if error.amax() < ENOUGH {

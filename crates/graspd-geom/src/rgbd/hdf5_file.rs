@@ -11,7 +11,7 @@ use crate::io::{file_bytes, write_whole};
 
 const REMEDY: &str = "download the file again, or leave it out if it is one of many views";
 /// A dataset of more values is none of ours; a damaged file may promise any number.
-const MOST_VALUES: u64 = 1 << 24;
+const MAX_VALUES: u64 = 1 << 24;
 
 /// An open file, for reading.
 pub(super) struct Arrays {
@@ -96,7 +96,7 @@ impl Arrays {
             .map_err(|_| fault(&self.path, format!("there is no array `{key}`")))?;
         let shape = dataset.shape().map_err(|e| self.unreadable(key, &e))?;
         let count = shape.iter().try_fold(1_u64, |n, side| n.checked_mul(*side));
-        if shape != wanted || count.is_none_or(|n| n > MOST_VALUES) {
+        if shape != wanted || count.is_none_or(|n| n > MAX_VALUES) {
             return Err(fault(
                 &self.path,
                 format!("`{key}` is {}, not {}", sides(&shape), sides(wanted)),

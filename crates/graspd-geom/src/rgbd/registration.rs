@@ -4,7 +4,7 @@ use nalgebra::{Isometry3, Matrix6, Point3, Translation3, UnitQuaternion, Vector3
 use rayon::prelude::*;
 
 /// Steps after which a registration ends even if it still moves.
-const MOST_STEPS: usize = 60;
+const MAX_STEPS: usize = 60;
 /// It has come to rest when it moves by less \[m and rad\].
 const AT_REST: f64 = 1e-7;
 /// Weights fall from 1 to a half where the distance is so many times the median of all.
@@ -64,7 +64,7 @@ pub(super) fn registered(
             matrix[(i, i)] += small;
         }
         let change = matrix.cholesky()?.solve(&side);
-        if step == MOST_STEPS || change.amax() < AT_REST {
+        if step == MAX_STEPS || change.amax() < AT_REST {
             let squares: f64 = distances.iter().map(|d| d * d).sum();
             return Some(Registration {
                 motion,

@@ -9,7 +9,7 @@ use crate::{KdTree, PointCloud};
 /// Added to the diagonal of the normal equations, over their number: points in a line still have a solution.
 const RIDGE: f64 = 1e-9;
 /// A point moves no farther than this part of its neighbourhood's radius: beyond, the fit is not to be trusted.
-const MOST_SHIFT: f64 = 0.5;
+const MAX_SHIFT: f64 = 0.5;
 
 /// Moves each point of an oriented cloud onto the quadratic surface h(u, v) over its neighbours' plane that fits
 /// the `neighbours` nearest ones with normals on the same side best, and gives it that surface's normal there. Flat
@@ -64,7 +64,7 @@ fn fitted(
         return (point, up);
     };
     // NaN is no shift either.
-    if fit[0].abs() <= MOST_SHIFT {
+    if fit[0].abs() <= MAX_SHIFT {
         let normal = up - across * fit[1] - along * fit[2];
         (point + up * (radius * fit[0]), normal.normalize())
     } else {

@@ -14,10 +14,10 @@ const TRIALS: usize = 400;
 /// Distance from the plane at which a point votes for it \[m\].
 const VOTING_DISTANCE: f64 = 0.004;
 /// Part of the points that a table must have.
-const LEAST_PART: f64 = 0.2;
+const MIN_PART: f64 = 0.2;
 /// How much higher than the table, in deviations of its own points, and at least \[m\], the object begins.
 const CLEARANCE: f64 = 3.0;
-const LEAST_CLEARANCE: f64 = 0.003;
+const MIN_CLEARANCE: f64 = 0.003;
 /// Points in neighbouring cubes of this side are connected \[m\].
 const LINK: f64 = 0.006;
 
@@ -50,7 +50,7 @@ pub(super) fn dominant_plane(points: &[Point3<f64>], eye: &Point3<f64>) -> Optio
         }
     }
     let (votes, plane) = best?;
-    if (votes as f64) < LEAST_PART * sample.len() as f64 {
+    if (votes as f64) < MIN_PART * sample.len() as f64 {
         return None;
     }
     let plane = refined(points, &plane);
@@ -102,7 +102,7 @@ pub(super) fn standing_on(points: &[Point3<f64>], table: &Plane) -> Vec<usize> {
             count += 1.0_f64;
         }
     }
-    let clearance = (CLEARANCE * (sum / count.max(1.0)).sqrt()).max(LEAST_CLEARANCE);
+    let clearance = (CLEARANCE * (sum / count.max(1.0)).sqrt()).max(MIN_CLEARANCE);
     let above: Vec<usize> = (0..points.len())
         .filter(|&i| table.height(&points[i]) > clearance)
         .collect();

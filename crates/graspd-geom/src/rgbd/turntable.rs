@@ -29,7 +29,7 @@ const COLOR_LENS: [f64; 5] = [0.05, -0.1, 0.0003, 0.0002, 0.0];
 /// The table \[m\].
 const TABLE_RADIUS: f64 = 0.2;
 /// The farthest that an object may reach from the point looked at, to be whole in every picture \[m\].
-const MOST_REACH: f64 = 0.25;
+const MAX_REACH: f64 = 0.25;
 
 /// How a mesh is scanned.
 #[derive(Clone, Debug, PartialEq)]
@@ -88,7 +88,7 @@ pub fn scan_on_turntable(
         .map(|p| (p - aim).norm())
         .fold(0.0, f64::max);
     let what = "the object's reach from the point that the cameras look at";
-    between(0.0, MOST_REACH).unit("m").check(what, &reach)?;
+    between(0.0, MAX_REACH).unit("m").check(what, &reach)?;
     let capture = RenderedCapture {
         rigs: settings.views.cameras.iter().map(|&k| rig(k)).collect(),
         room_from_reference: rig(5).room_from_color,

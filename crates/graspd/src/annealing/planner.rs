@@ -26,7 +26,7 @@ const USUAL_STEPS: f64 = 70_000.0;
 /// An energy that is greater by so many \[m\] for each unit of temperature is accepted once in e times: 1e6 mm.
 const ACCEPTED_RISE: f64 = 1e3;
 /// Contacts that epsilon is computed of, at most.
-const MOST_CONTACTS: usize = 40;
+const MAX_CONTACTS: usize = 40;
 
 /// A state of the search.
 #[derive(Clone, Debug)]
@@ -246,7 +246,7 @@ fn epsilon(
         .collect();
     epsilon_of_some(
         touching,
-        MOST_CONTACTS,
+        MAX_CONTACTS,
         settings.friction,
         FRICTION_EDGES,
         object,

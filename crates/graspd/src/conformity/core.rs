@@ -11,9 +11,9 @@ use crate::GraspError;
 use crate::run::surface_at_rest;
 
 /// No ball is larger \[m\]: half the thickness of a finger is enough to notice a wall, and larger balls cost range.
-const MOST_RADIUS: f64 = 0.012;
+const MAX_RADIUS: f64 = 0.012;
 /// Balls smaller than this say no more than the skin \[m\].
-const LEAST_RADIUS: f64 = 0.002;
+const MIN_RADIUS: f64 = 0.002;
 /// A ball may stand out of the hand by this \[m\]: the skin is made of flat faces.
 const TOLERANCE: f64 = 2e-4;
 /// Halvings of the interval in which a radius lies.
@@ -75,7 +75,7 @@ impl HandCore {
         let mut skin = SkinSamples::on(&solids.open, &solids.open_distance, count);
         let fitting = (0..skin.len()).into_par_iter().map(|i| {
             let solids = solids.all();
-            solids.fold(MOST_RADIUS, |radius, (surface, solid)| {
+            solids.fold(MAX_RADIUS, |radius, (surface, solid)| {
                 let vertices = &surface.vertices;
                 let (point, outward) = (skin.position(vertices, i), skin.outward(vertices, i));
                 largest_radius(solid, &point, &outward, radius)
@@ -83,10 +83,10 @@ impl HandCore {
         });
         let radii: Vec<f64> = fitting.collect();
         let wide: Vec<usize> = (0..skin.len())
-            .filter(|i| radii[*i] >= LEAST_RADIUS)
+            .filter(|i| radii[*i] >= MIN_RADIUS)
             .collect();
         skin = skin.only(&wide);
-        let radius = radii.into_iter().filter(|&r| r >= LEAST_RADIUS).collect();
+        let radius = radii.into_iter().filter(|&r| r >= MIN_RADIUS).collect();
         Self { skin, radius }
     }
 
@@ -167,7 +167,7 @@ mod tests {
                     depth >= radius - TOLERANCE - 1e-9,
                     "{name}: {depth} {radius}"
                 );
-                assert!((LEAST_RADIUS..=MOST_RADIUS).contains(&radius));
+                assert!((MIN_RADIUS..=MAX_RADIUS).contains(&radius));
                 largest = largest.max(radius);
             }
             // Palms are thicker than the largest balls, fingers about 16 mm.

@@ -21,19 +21,19 @@ const SLACK: f64 = 3e-4;
 /// Closure is that of so many points at most ...
 const FEW: usize = 24;
 /// ... that face the object by more than this, with this friction, and pyramids of so many edges.
-const LEAST_FACING: f64 = 0.3;
+const MIN_FACING: f64 = 0.3;
 const CLOSURE_FRICTION: f64 = 0.8;
 const CLOSURE_EDGES: usize = 6;
 /// No step moves the base farther \[m\].
-const MOST_TRANSLATION: f64 = 0.01;
+const MAX_TRANSLATION: f64 = 0.01;
 /// No step turns the base farther \[rad\].
-const MOST_ROTATION: f64 = 0.15;
+const MAX_ROTATION: f64 = 0.15;
 /// No step moves a joint farther \[rad or m\].
-const MOST_JOINT_MOVE: f64 = 0.2;
+const MAX_JOINT_MOVE: f64 = 0.2;
 /// Damping at first, relative to the matrix's diagonal, and its bounds.
 const DAMPING: f64 = 1e-2;
-const LEAST_DAMPING: f64 = 1e-6;
-const MOST_DAMPING: f64 = 1e6;
+const MIN_DAMPING: f64 = 1e-6;
+const MAX_DAMPING: f64 = 1e6;
 /// Factors on the damping after a step that helped and one that did not.
 const EASING: f64 = 0.3;
 const TIGHTENING: f64 = 8.0;
@@ -140,7 +140,7 @@ impl<'a> HandFitter<'a> {
             let (distance, gradient) = sdf.distance_and_gradient(p.into());
             let inward = -Vector3::from(gradient);
             let facing = inward.dot(&self.coarse.outward(&vertices, number));
-            (distance < TOUCHING && facing > LEAST_FACING).then(|| Contact {
+            (distance < TOUCHING && facing > MIN_FACING).then(|| Contact {
                 point: p.into(),
                 normal: inward,
             })
@@ -227,7 +227,7 @@ impl<'a> HandFitter<'a> {
                 let before = last;
                 for _ in 0..ATTEMPTS {
                     let Some(step) = damped_step(&matrix, &gradient, &is_held, damping) else {
-                        damping = (damping * TIGHTENING).min(MOST_DAMPING);
+                        damping = (damping * TIGHTENING).min(MAX_DAMPING);
                         continue;
                     };
                     let next = moved(hand, &pose, &step);
@@ -237,10 +237,10 @@ impl<'a> HandFitter<'a> {
                     if is_better {
                         (pose, last) = (next, value);
                         std::mem::swap(&mut placement, &mut next_placement);
-                        damping = (damping * EASING).max(LEAST_DAMPING);
+                        damping = (damping * EASING).max(MIN_DAMPING);
                         break;
                     }
-                    damping = (damping * TIGHTENING).min(MOST_DAMPING);
+                    damping = (damping * TIGHTENING).min(MAX_DAMPING);
                 }
                 if !is_better {
                     // The next iteration has another cost: what failed for this one says little about it.
@@ -309,9 +309,9 @@ fn damped_step(
     }
     let step = damped.cholesky()?.solve(&right);
     let joints = step.rows(6, step.len() - 6);
-    let excess = (step.fixed_rows::<3>(0).norm() / MOST_TRANSLATION)
-        .max(step.fixed_rows::<3>(3).norm() / MOST_ROTATION)
-        .max(joints.iter().fold(0.0, |most: f64, j| most.max(j.abs())) / MOST_JOINT_MOVE);
+    let excess = (step.fixed_rows::<3>(0).norm() / MAX_TRANSLATION)
+        .max(step.fixed_rows::<3>(3).norm() / MAX_ROTATION)
+        .max(joints.iter().fold(0.0, |most: f64, j| most.max(j.abs())) / MAX_JOINT_MOVE);
     excess.is_finite().then(|| step / excess.max(1.0))
 }
 

@@ -14,7 +14,7 @@ use super::skin::SkinSamples;
 /// Self-intersections are counted in this unit \[m\].
 const INTERSECTION_UNIT: f64 = 1e-3;
 /// Joints with a smaller range than this count as if they had it \[rad\]: play is no reason to be stiff.
-const LEAST_RANGE: f64 = 0.05;
+const MIN_RANGE: f64 = 0.05;
 
 /// Where the skin and the collision spheres of a posed hand are with respect to the object.
 #[derive(Debug, Default)]
@@ -119,7 +119,7 @@ impl<'a> PoseCost<'a> {
         let posture = (0..joints).map(|joint| match hand.limits() {
             Some(limits) => {
                 let limit = limits[joint];
-                let range = limit.range().max(LEAST_RANGE);
+                let range = limit.range().max(MIN_RANGE);
                 let middle = if relaxed_at_zero { 0.0 } else { limit.middle() };
                 // An unlimited joint has no preference.
                 (middle, posture_weight / (range * range))

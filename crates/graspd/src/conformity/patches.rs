@@ -8,7 +8,7 @@ use super::field::{Answer, DistanceField, LookUpScratch, Query};
 use super::skin::{Place, SkinSamples};
 
 /// Points in a patch.
-const MOST_POINTS: usize = 32;
+const MAX_POINTS: usize = 32;
 /// Faces of skin become at most this much longer when it moves; rigid ones do not.
 const STRETCH: f64 = 1.5;
 
@@ -40,7 +40,7 @@ impl SkinPatches {
         let mut patches = Vec::new();
         let mut first = 0;
         for face in places.chunk_by(|a, b| a.corners == b.corners) {
-            let count = face.len().div_ceil(MOST_POINTS);
+            let count = face.len().div_ceil(MAX_POINTS);
             for points in face.chunks(face.len().div_ceil(count)) {
                 patches.push(Patch::around(points, first, &surface.vertices));
                 first += points.len();
@@ -108,7 +108,7 @@ fn look_up(field: &dyn DistanceField, places: impl Iterator<Item = Vector3<f64>>
 
 /// Sorts the points of a face so that runs of equal length lie together.
 fn sort_into_patches(points: &mut [Place]) {
-    if points.len() <= MOST_POINTS {
+    if points.len() <= MAX_POINTS {
         return;
     }
     let spread = |k: usize| {
@@ -122,7 +122,7 @@ fn sort_into_patches(points: &mut [Place]) {
     let widest = (0..3).max_by(|a, b| spreads[*a].total_cmp(&spreads[*b]));
     let widest = widest.unwrap_or(0);
     points.sort_by(|a, b| a.shares[widest].total_cmp(&b.shares[widest]));
-    let patches = points.len().div_ceil(MOST_POINTS);
+    let patches = points.len().div_ceil(MAX_POINTS);
     let length = points.len().div_ceil(patches);
     let (one, other) = points.split_at_mut(patches.div_ceil(2) * length);
     sort_into_patches(one);

@@ -111,7 +111,7 @@ impl Default for ConformitySettings {
 /// How many times as much depth beyond the limit and walls in the core cost in a retreat.
 const RETREAT: f64 = 30.0;
 /// No reach is shorter \[m\].
-const LEAST_REACH: f64 = 1e-5;
+const MIN_REACH: f64 = 1e-5;
 
 /// More points than any skin needs: at 10^6 they lie a few tenths of a millimetre apart.
 const MAX_SAMPLES: f64 = 1e6;
@@ -195,7 +195,7 @@ impl ConformitySettings {
             ..cost
         };
         // Hardly any skin is drawn in from so near.
-        let reach = self.depth.max(LEAST_REACH);
+        let reach = self.depth.max(MIN_REACH);
         Stage::new(self.retreat_iterations, [reach; 2], cost)
     }
 

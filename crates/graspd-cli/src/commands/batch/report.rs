@@ -16,9 +16,9 @@ use super::page::{page, picture, table, tiles};
 /// Cases with a picture in each section.
 const CASES: usize = 6;
 /// Runs in the table of runs.
-const MOST_ROWS: usize = 200;
+const MAX_ROWS: usize = 200;
 /// Failures that are told.
-const MOST_FAILURES: usize = 50;
+const MAX_FAILURES: usize = 50;
 /// Width and height of each of the three views \[pixels\].
 const PANEL: (usize, usize) = (320, 280);
 
@@ -229,7 +229,7 @@ fn runs_table(plan: &BatchPlan, runs: &[(&PlannedRun, Vec<GraspRecord>)]) -> Str
     let mut order: Vec<usize> = (0..runs.len()).collect();
     let key = |run: usize| best(&runs[run].1).unwrap_or(f64::INFINITY);
     order.sort_by(|a, b| key(*b).total_cmp(&key(*a)));
-    let rows: Vec<Vec<String>> = (order.iter().take(MOST_ROWS))
+    let rows: Vec<Vec<String>> = (order.iter().take(MAX_ROWS))
         .map(|run| {
             let (run, records) = &runs[*run];
             let metrics = || records.iter().filter_map(|record| record.metrics.as_ref());
@@ -259,9 +259,9 @@ fn runs_table(plan: &BatchPlan, runs: &[(&PlannedRun, Vec<GraspRecord>)]) -> Str
         "most CA cm²",
     ];
     let mut html = format!("<h2>Runs</h2>\n{}", table(&header, &rows));
-    if runs.len() > MOST_ROWS {
+    if runs.len() > MAX_ROWS {
         html += &format!(
-            "<p>The {MOST_ROWS} worst of {}; all are in runs.jsonl.</p>\n",
+            "<p>The {MAX_ROWS} worst of {}; all are in runs.jsonl.</p>\n",
             runs.len()
         );
     }
@@ -282,14 +282,14 @@ fn failures(folder: &BatchFolder, plan: &BatchPlan) -> Result<String> {
         return Ok(String::new());
     }
     let count = rows.len();
-    rows.truncate(MOST_FAILURES);
+    rows.truncate(MAX_FAILURES);
     let mut html = format!(
         "<h2>Failures</h2>\n{}",
         table(&["run", "start", "why"], &rows)
     );
-    if count > MOST_FAILURES {
+    if count > MAX_FAILURES {
         html +=
-            &format!("<p>The first {MOST_FAILURES} of {count}; all are in failures.jsonl.</p>\n");
+            &format!("<p>The first {MAX_FAILURES} of {count}; all are in failures.jsonl.</p>\n");
     }
     Ok(html)
 }

@@ -20,9 +20,9 @@ use crate::console::{print, warn};
 use trajectory::Trajectories;
 
 /// A page of more grasps is asked for, not made by default: it takes more than 10 MB.
-const MOST_IN_PAGE: usize = 200;
+const MAX_IN_PAGE: usize = 200;
 /// A sheet of more pictures is asked for, not made by default.
-const MOST_IN_SHEET: usize = 60;
+const MAX_IN_SHEET: usize = 60;
 /// A page above this size draws a warning \[bytes\].
 const LARGE_PAGE: usize = 10_000_000;
 
@@ -109,7 +109,7 @@ fn view(arguments: &Arguments) -> Result<()> {
     let told_of = || subject.file.display().to_string();
     let mut text = String::new();
     if let Some(file) = page {
-        let shown = arguments.count.unwrap_or(MOST_IN_PAGE).min(total);
+        let shown = arguments.count.unwrap_or(MAX_IN_PAGE).min(total);
         let html = page::html(&subject, shown).with_context(told_of)?;
         write_atomically(&file, html.as_bytes())?;
         if html.len() > LARGE_PAGE {
@@ -123,7 +123,7 @@ fn view(arguments: &Arguments) -> Result<()> {
         text += &told(&file, shown, total, "page");
     }
     if let Some(file) = sheet {
-        let shown = arguments.count.unwrap_or(MOST_IN_SHEET).min(total);
+        let shown = arguments.count.unwrap_or(MAX_IN_SHEET).min(total);
         let sheet = pictures::sheet(&subject, shown, arguments.columns);
         sheet.with_context(told_of)?.write_png(&file)?;
         text += &told(&file, shown, total, "picture");

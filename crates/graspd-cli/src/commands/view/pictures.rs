@@ -17,7 +17,7 @@ const PANEL: (usize, usize) = (300, 300);
 /// Pictures of a strip.
 const FRAMES: usize = 7;
 /// Columns of a sheet by default, at most.
-const MOST_COLUMNS: usize = 5;
+const MAX_COLUMNS: usize = 5;
 
 /// Marks of contacts by their force.
 pub(crate) fn marks(contacts: &[PressingContact]) -> Vec<Dot> {
@@ -69,7 +69,7 @@ pub(super) fn sheet(subject: &Subject, count: usize, columns: Option<usize>) -> 
     let columns = columns.unwrap_or_else(|| {
         let square = (count as f64).sqrt().ceil() as usize;
         // Small numbers in one row.
-        if count <= MOST_COLUMNS {
+        if count <= MAX_COLUMNS {
             count
         } else {
             square.max(3)
