@@ -77,8 +77,16 @@ impl Reflection {
     }
 
     pub(crate) fn points<E: Element>(self, from: &PointBuffer<E>, to: &mut PointBuffer<E>) {
-        for index in 0..from.len() {
-            to.set(index, self.vector(from.get(index)));
+        // Slices of one length, so that the loop needs no checks.
+        let count = from.len();
+        let [x, y, z] = [&from.x, &from.y, &from.z].map(|c| &c[..count]);
+        let [to_x, to_y, to_z] = [&mut to.x, &mut to.y, &mut to.z].map(|c| &mut c[..count]);
+        for i in 0..count {
+            let point = Vec3::new(x[i].lane(0), y[i].lane(0), z[i].lane(0));
+            let reflected = self.vector(point);
+            to_x[i] = E::constant(reflected.x);
+            to_y[i] = E::constant(reflected.y);
+            to_z[i] = E::constant(reflected.z);
         }
     }
 
