@@ -29,7 +29,7 @@ pub use mask::LaneMask;
 pub(crate) use register::Register;
 pub use scalar::LanesOver;
 
-use crate::{Element, Real};
+use crate::{Element, Kernel, Real};
 
 /// The registers that every processor of the target has.
 #[cfg(target_arch = "x86_64")]
@@ -51,15 +51,11 @@ type Baseline = array::Array;
 /// ```
 pub type Lanes = LanesOver<Baseline>;
 
-/// A hot loop over buffers of `E`, written for any lanes, which [`Element::vectorize`] and [`vectorize`] run with the
-/// best ones of the machine.
-pub trait Kernel<E: Element = f32> {
-    /// What the loop returns.
-    type Output;
-    /// The loop. Only what is inlined into it is compiled for the wider registers, and what is not runs far slower
-    /// than without them. So mark this function and all that it calls for each element `#[inline(always)]`, and
-    /// let no lanes pass through closures, `std::array::from_fn`, `map` or iterators: write functions and loops.
-    fn run<L: Real<Element = E>>(self) -> Self::Output;
+impl Element for f32 {
+    const MAX_LANES: usize = Lanes::LANES;
+    fn vectorize<K: Kernel<f32>>(kernel: K) -> K::Output {
+        vectorize(kernel)
+    }
 }
 
 /// Runs a kernel with the widest instructions of the machine, see [`Instructions::in_use`]; the result is the same bit

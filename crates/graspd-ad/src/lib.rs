@@ -73,10 +73,10 @@ pub use derivative::{
 };
 pub use dual::Dual;
 pub use lanes::{
-    INSTRUCTIONS_VARIABLE, Instructions, Kernel, LaneMask, Lanes, LanesOver, UnknownInstructions,
+    INSTRUCTIONS_VARIABLE, Instructions, LaneMask, Lanes, LanesOver, UnknownInstructions,
     vectorize, vectorize_with,
 };
-pub use real::{Element, Mask, Real};
+pub use real::{Element, Kernel, Mask, Real};
 pub use smooth::{leaky_min, safe_acos, safe_divide, safe_norm};
 pub use tape::{Adjoints, Recording, Tape};
 pub use var::Var;

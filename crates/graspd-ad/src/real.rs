@@ -3,7 +3,6 @@
 use std::fmt::Debug;
 use std::ops::{BitAnd, BitOr, Not};
 
-use crate::{Kernel, Lanes, vectorize};
 use num_traits::{FromPrimitive, NumAssignOps, NumOps, One, Zero};
 
 /// The result of comparing two [`Real`]s: one truth value for each lane.
@@ -45,7 +44,7 @@ pub trait Element:
 {
     /// How many elements a kernel takes at a time at most.
     const MAX_LANES: usize;
-    /// Runs a kernel over buffers of this element: `f32` as [`vectorize`] does, `f64` one element at a time.
+    /// Runs a kernel over buffers of this element: `f32` as [`vectorize`](crate::vectorize) does, `f64` one element at a time.
     fn vectorize<K: Kernel<Self>>(kernel: K) -> K::Output;
 }
 impl Element for f64 {
@@ -54,11 +53,15 @@ impl Element for f64 {
         kernel.run::<f64>()
     }
 }
-impl Element for f32 {
-    const MAX_LANES: usize = Lanes::LANES;
-    fn vectorize<K: Kernel<f32>>(kernel: K) -> K::Output {
-        vectorize(kernel)
-    }
+/// A hot loop over buffers of `E`, written for any lanes, which [`Element::vectorize`] and [`vectorize`](crate::vectorize) run with the
+/// best ones of the machine.
+pub trait Kernel<E: Element = f32> {
+    /// What the loop returns.
+    type Output;
+    /// The loop. Only what is inlined into it is compiled for the wider registers, and what is not runs far slower
+    /// than without them. So mark this function and all that it calls for each element `#[inline(always)]`, and
+    /// let no lanes pass through closures, `std::array::from_fn`, `map` or iterators: write functions and loops.
+    fn run<L: Real<Element = E>>(self) -> Self::Output;
 }
 
 /// A real number, possibly several side by side (lanes), possibly carrying derivatives.

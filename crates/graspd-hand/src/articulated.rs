@@ -1,50 +1,18 @@
 //! A hand of rigid links: a kinematic tree with solids, contact points and spheres on its bodies.
 
 use graspd_geom::{Rigid, TriangleMesh, Vec3};
-use graspd_settings::{Ranges, Validate, between, ranges};
+use graspd_settings::Validate;
 
 use nalgebra::Isometry3;
 
-use crate::articulated_kinematics::BodyLoads;
+use crate::body_motion::BodyLoads;
 use crate::body_points::{self, BodyPoints};
 use crate::mirroring::{Reflection, mirrored_name};
 use crate::{
-    CollisionSpheres, ContactPoints, Hand, HandError, HandPose, HandScratch, HandState,
-    JacobianRows, KinematicTree, Limit, PalmFrame, Part, PointBuffer, PointForces, PosedHand,
+    CollisionSpheres, ContactPoints, Hand, HandError, HandOptions, HandPose, HandScratch,
+    HandState, JacobianRows, KinematicTree, Limit, PalmFrame, Part, PointBuffer, PointForces,
+    PosedHand,
 };
-
-/// How finely a hand is covered with contact points and spheres.
-#[derive(Clone, Debug, PartialEq)]
-pub struct HandOptions {
-    /// About how many contact points to spread over the outer surface; 3000 in the paper.
-    pub contact_points: usize,
-    /// At most this many spheres stand for the hand where it might intersect itself; 0 switches that off.
-    pub collision_spheres: usize,
-    /// At most this many pairs of spheres are looked at.
-    pub collision_pairs: usize,
-    /// Seed of whatever is sampled.
-    pub seed: u64,
-}
-
-impl Default for HandOptions {
-    fn default() -> Self {
-        Self {
-            contact_points: 3000,
-            collision_spheres: 160,
-            collision_pairs: 4000,
-            seed: 0,
-        }
-    }
-}
-
-impl Validate for HandOptions {
-    fn ranges(&self) -> Ranges {
-        ranges! { self =>
-            contact_points: between(8.0, 200_000.0),
-            collision_spheres: between(0.0, 1000.0),
-        }
-    }
-}
 
 /// What a hand of rigid links is made from.
 #[derive(Clone, Debug)]

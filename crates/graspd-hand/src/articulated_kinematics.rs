@@ -5,6 +5,7 @@ use std::ops::Range;
 use graspd_ad::{Element, Kernel, Real};
 use graspd_geom::{Rigid, Vec3};
 
+use crate::body_motion::BodyLoads;
 use crate::points::{lane_sums, store_split};
 use crate::{
     ArticulatedHand, HandPose, HandScratch, Kinematics, POINT_PADDING, PointBuffer, PoseGradient,
@@ -12,27 +13,6 @@ use crate::{
 
 /// The points of each body: whole blocks of [`POINT_PADDING`].
 type BodyRanges = [(usize, Range<usize>)];
-
-/// The bodies in one pose, and what the forces on their points add up to.
-#[derive(Debug)]
-pub(crate) struct BodyLoads {
-    /// Pose of each body in the object frame.
-    poses: Vec<Rigid<f64>>,
-    /// Force on each body, object frame.
-    forces: Vec<Vec3<f64>>,
-    /// Torque on each body about its origin.
-    torques: Vec<Vec3<f64>>,
-}
-
-impl BodyLoads {
-    pub(crate) fn new(bodies: usize) -> Self {
-        Self {
-            poses: vec![Rigid::identity(); bodies],
-            forces: vec![Vec3::zero(); bodies],
-            torques: vec![Vec3::zero(); bodies],
-        }
-    }
-}
 
 impl<E: Element> Kinematics<E> for ArticulatedHand {
     fn forward(

@@ -7,7 +7,8 @@ use graspd_geom::{Mat3, Rigid, TriangleMesh, Vec3};
 use graspd_settings::Validate;
 use nalgebra::Point3;
 
-use crate::body_points::{BodyMotion, BodyPoints};
+use crate::body_motion::BodyMotion;
+use crate::body_points::BodyPoints;
 use crate::{
     CollisionSpheres, ContactPoints, Hand, HandError, HandOptions, HandPose, HandScratch,
     HandState, JacobianRows, Kinematics, Limit, PalmFrame, Part, PointBuffer, PointForces,

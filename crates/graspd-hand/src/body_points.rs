@@ -2,23 +2,12 @@
 
 use std::ops::Range;
 
-use graspd_geom::{Rigid, SignedDistance, Vec3};
+use graspd_geom::{SignedDistance, Vec3};
 
+use crate::body_motion::BodyMotion;
 use crate::contact_points;
 use crate::self_collision;
-use crate::{CollisionSpheres, ContactPoints, HandError, HandOptions, Limit, Part, PointBuffer};
-
-/// How bodies move with an articulation.
-pub(crate) trait BodyMotion: Sync {
-    /// Names the bodies.
-    fn body_names(&self) -> &[String];
-    /// Returns the limits of the articulation, `[n]`.
-    fn limits(&self) -> &[Limit];
-    /// Returns the body that `body` hangs on.
-    fn parent(&self, body: usize) -> Option<usize>;
-    /// Computes the bodies' frames in the base frame, `[bodies]`.
-    fn body_poses(&self, articulation: &[f64]) -> Vec<Rigid<f64>>;
-}
+use crate::{CollisionSpheres, ContactPoints, HandError, HandOptions, Part, PointBuffer};
 
 /// Points of bodies, each in the frame of its body.
 #[derive(Clone, Debug)]

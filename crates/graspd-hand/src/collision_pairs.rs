@@ -5,9 +5,8 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
 use crate::Limit;
-use crate::body_points::BodyMotion;
+use crate::body_motion::BodyMotion;
 use crate::contact_points::SurfacePoint;
-use crate::self_collision::Sphere;
 
 /// Articulations tried for pairs of spheres.
 const SAMPLES: usize = 1000;
@@ -17,6 +16,17 @@ const SAMPLES_FOR_SURFACE: usize = 250;
 const ALWAYS: f64 = 0.9;
 /// What never came closer than this in any articulation tried is taken never to meet \[m\].
 const MAX_CLEARANCE: f64 = 0.01;
+
+/// A sphere fixed to a body.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Sphere {
+    pub(crate) body: usize,
+    /// In the body's frame.
+    pub(crate) center: Vec3<f64>,
+    pub(crate) radius: f64,
+    /// The radius of the sphere of that center that just stays inside the part.
+    pub(crate) inscribed: f64,
+}
 
 /// The bodies' poses in many articulations, the open hand first.
 pub(crate) struct SampledPoses<'a> {

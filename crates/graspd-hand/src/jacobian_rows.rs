@@ -5,16 +5,7 @@
 
 use graspd_geom::Vec3;
 
-use crate::PosedHand;
-
-/// A point that moves with a hand.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum HandPoint {
-    /// A vertex of the surface.
-    Vertex(u32),
-    /// The centre of a collision sphere.
-    Sphere(u32),
-}
+use crate::scratch::{HandPoint, PosedHand};
 
 /// Constant forces on up to three points: the scalar sum of force . position, of which a row is the derivative.
 #[derive(Clone, Copy, Debug, PartialEq)]

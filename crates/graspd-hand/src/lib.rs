@@ -37,6 +37,7 @@ mod articulated_jacobian;
 mod articulated_kinematics;
 mod autodiff_hand;
 mod barrett;
+mod body_motion;
 mod body_points;
 mod builtin;
 mod closing_direction;
@@ -45,6 +46,7 @@ mod collision_pairs;
 mod contact_points;
 mod error;
 mod hand;
+mod hand_options;
 mod human;
 mod jacobian_rows;
 mod joint;
@@ -63,7 +65,7 @@ mod tree;
 mod urdf;
 
 pub use allegro::allegro;
-pub use articulated::{ArticulatedHand, HandDescription, HandOptions};
+pub use articulated::{ArticulatedHand, HandDescription};
 pub use autodiff_hand::{AutodiffHand, HandModel, HandModelDescription};
 pub use barrett::barrett;
 pub use builtin::{
@@ -74,8 +76,9 @@ pub use error::HandError;
 pub use hand::{
     CollisionSpheres, ContactPoints, Hand, HandPose, Kinematics, PalmFrame, Part, PoseGradient,
 };
+pub use hand_options::HandOptions;
 pub use human::{HUMAN_SHAPE_NAMES, HumanPoseSpace, human, human_model};
-pub use jacobian_rows::{HandPoint, JacobianRow, JacobianRows, PointForces};
+pub use jacobian_rows::{JacobianRow, JacobianRows, PointForces};
 pub use joint::{Joint, JointKind, Mimic};
 pub use leap::leap;
 pub use limits::{Limit, clamp_to_limits};
@@ -86,6 +89,6 @@ pub use mano::{
 };
 pub use mirroring::MirroredHand;
 pub use points::{POINT_PADDING, PointBuffer};
-pub use scratch::{HandScratch, HandState, PosedHand};
+pub use scratch::{HandPoint, HandScratch, HandState, PosedHand};
 pub use tree::{KinematicTree, LinkFrame};
 pub use urdf::{UrdfOptions, load_urdf, parse_urdf};

@@ -4,7 +4,7 @@ use graspd_geom::Vec3;
 
 use nalgebra::{Point3, Vector3};
 
-use crate::body_points::BodyMotion;
+use crate::body_motion::BodyMotion;
 use crate::closing_direction;
 use crate::{KinematicTree, PalmFrame, Part};
 

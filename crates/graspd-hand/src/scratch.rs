@@ -6,7 +6,7 @@ use std::fmt;
 use graspd_geom::{Rigid, Vec3};
 use nalgebra::Point3;
 
-use crate::{HandPoint, PointBuffer};
+use crate::points::PointBuffer;
 
 /// Memory whose content is the hand's own business: any type, made and read by the hand alone.
 #[derive(Default)]
@@ -66,6 +66,15 @@ pub struct HandScratch {
     pub contact_remainder: PointBuffer<f32>,
     /// What else the hand keeps.
     pub state: HandState,
+}
+
+/// A point that moves with a hand.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum HandPoint {
+    /// A vertex of the surface.
+    Vertex(u32),
+    /// The centre of a collision sphere.
+    Sphere(u32),
 }
 
 /// Where a hand is in one pose, object frame; filled by [`Hand::pose`](crate::Hand::pose), its memory used again.

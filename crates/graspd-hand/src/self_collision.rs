@@ -4,8 +4,8 @@ use graspd_geom::{Rigid, SignedDistance, Vec3};
 use nalgebra::{Point3, Vector3};
 use rayon::prelude::*;
 
-use crate::body_points::BodyMotion;
-use crate::collision_pairs::SampledPoses;
+use crate::body_motion::BodyMotion;
+use crate::collision_pairs::{SampledPoses, Sphere};
 use crate::contact_points::SurfacePoint;
 use crate::{HandOptions, Part};
 
@@ -25,17 +25,6 @@ const MAX_GAP: f64 = 0.02;
 const MIN_CANDIDATES_PER_TASK: usize = 64;
 /// Surface points looked at.
 const MAX_SURFACE_POINTS: usize = 1500;
-
-/// A sphere fixed to a body.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Sphere {
-    pub(crate) body: usize,
-    /// In the body's frame.
-    pub(crate) center: Vec3<f64>,
-    pub(crate) radius: f64,
-    /// The radius of the sphere of that center that just stays inside the part.
-    pub(crate) inscribed: f64,
-}
 
 /// Fits spheres that stand for the parts, and chooses the pairs of them that must not overlap; the open hand has no
 /// overlap.

@@ -5,7 +5,7 @@ use std::collections::HashMap;
 use graspd_ad::Real;
 use graspd_geom::{Mat3, Rigid, Vec3};
 
-use crate::body_points::BodyMotion;
+use crate::body_motion::BodyMotion;
 use crate::joint::{check_numbers, followed, limit_of, order_from_root};
 use crate::mirroring::Reflection;
 use crate::{HandError, Joint, JointKind, Limit, PoseGradient};

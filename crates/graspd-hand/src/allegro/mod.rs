@@ -9,7 +9,8 @@ mod shape;
 use graspd_geom::{Quaternion, Rigid, Vec3};
 use nalgebra::{Point3, UnitQuaternion, Vector3};
 
-use crate::articulated::{HandDescription, HandOptions};
+use crate::HandOptions;
+use crate::articulated::HandDescription;
 
 use crate::{ArticulatedHand, HandError, Joint, JointKind, KinematicTree, Limit, PalmFrame, Part};
 

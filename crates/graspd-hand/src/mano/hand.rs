@@ -5,11 +5,10 @@ use nalgebra::{DMatrix, Point3, UnitQuaternion, Vector3};
 
 use super::bones::BonePose;
 use super::fingers::{Fingers, heaviest};
-use super::jacobian::VertexInfluences;
 use super::model::{POSE_VALUES, SKINNED_JOINT_NAMES, SKINNED_JOINTS, SkinnedModel};
 use super::open::open_coefficients;
 use super::options::SkinnedHandOptions;
-use super::skin::{Skin, SlotOrder};
+use super::skin::{Skin, SlotOrder, VertexInfluences};
 use super::spheres;
 use super::wrist_cap::WristCap;
 use crate::{
@@ -246,8 +245,8 @@ impl Hand for SkinnedHand {
     ) {
         self.rows_of(pose, posed, forces, rows);
     }
-    /// By the reference formula, whose roundings differ from those of [`Hand::pose`]: samples of surfaces are drawn from
-    /// these.
+    /// By the reference formula, whose roundings differ from those of [`Hand::pose`]: samples of surfaces are drawn
+    /// from these.
     fn surface(&self, pose: &HandPose) -> TriangleMesh {
         let base = pose.base();
         let posed = self.model.posed_vertices(

@@ -12,34 +12,6 @@ use super::skin::JOINT_FEATURES;
 use super::skinning::skinned;
 use crate::{HandPoint, HandPose, JacobianRows, PointForces, PosedHand};
 
-/// What moves each vertex: joints, and the vertex's weights.
-#[derive(Clone, Debug, Default)]
-pub(crate) struct VertexInfluences {
-    /// Where the joints of each vertex end, `[v]`.
-    ends: Vec<u32>,
-    joints: Vec<(u32, f64)>,
-}
-
-impl VertexInfluences {
-    pub(crate) fn new(weights: &[[f64; SKINNED_JOINTS]]) -> Self {
-        let mut influences = Self::default();
-        for weights in weights {
-            let joints = weights
-                .iter()
-                .enumerate()
-                .filter(|(_, weight)| **weight != 0.0);
-            (influences.joints).extend(joints.map(|(joint, &weight)| (joint as u32, weight)));
-            influences.ends.push(influences.joints.len() as u32);
-        }
-        influences
-    }
-
-    fn range(&self, vertex: usize) -> std::ops::Range<usize> {
-        let start = vertex.checked_sub(1).map_or(0, |before| self.ends[before]);
-        start as usize..self.ends[vertex] as usize
-    }
-}
-
 /// What [`PosedHand`] keeps of a skinned hand.
 #[derive(Clone, Debug, Default)]
 struct PosedSkin {

@@ -109,8 +109,8 @@ impl SkinnedModel {
     }
 }
 
-/// Computes sum_j w_j x_j, the linear blend skinning of a vertex that joint j alone would place at x_j; `visit` is shown
-/// each summand.
+/// Computes sum_j w_j x_j, the linear blend skinning of a vertex that joint j alone would place at x_j; `visit` is
+/// shown each summand.
 #[inline]
 pub(crate) fn skinned<T: Real>(
     influences: impl Iterator<Item = (usize, f64)>,
