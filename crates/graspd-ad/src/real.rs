@@ -44,7 +44,8 @@ pub trait Element:
 {
     /// How many elements a kernel takes at a time at most.
     const MAX_LANES: usize;
-    /// Runs a kernel over buffers of this element: `f32` as [`vectorize`](crate::vectorize) does, `f64` one element at a time.
+    /// Runs a kernel over buffers of this element: `f32` as [`vectorize`](crate::vectorize) does, `f64` one element
+    /// at a time.
     fn vectorize<K: Kernel<Self>>(kernel: K) -> K::Output;
 }
 impl Element for f64 {
@@ -53,8 +54,8 @@ impl Element for f64 {
         kernel.run::<f64>()
     }
 }
-/// A hot loop over buffers of `E`, written for any lanes, which [`Element::vectorize`] and [`vectorize`](crate::vectorize) run with the
-/// best ones of the machine.
+/// A hot loop over buffers of `E`, written for any lanes, which [`Element::vectorize`] and
+/// [`vectorize`](crate::vectorize) run with the best ones of the machine.
 pub trait Kernel<E: Element = f32> {
     /// What the loop returns.
     type Output;
