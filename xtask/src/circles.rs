@@ -13,8 +13,23 @@ use crate::sources::rust_files;
 use crate::steps::report;
 use crate::uses::{paths, without_tests};
 
-/// Circles that are left: the modules (`crate-folder/module`) and why they cannot be taken apart.
-const ALLOWED: &[(&str, &str)] = &[];
+/// Circles that are still to be taken apart, by crate and one use in each; the list may only get shorter.
+const LEFT: &[(&str, &str)] = &[
+    ("graspd", "ablation -> preset"),
+    ("graspd", "approach -> execution"),
+    ("graspd", "attempt -> run"),
+    ("graspd", "error -> record"),
+    ("graspd-ad", "lanes -> real"),
+    ("graspd-ad", "tape -> var"),
+    ("graspd-eval", "displacement::engine -> displacement::world"),
+    ("graspd-eval", "hull::frame -> hull::polytope"),
+    ("graspd-geom", "distance::search -> distance::tree"),
+    ("graspd-geom", "poisson::octree -> poisson::samples"),
+    ("graspd-hand", "articulated -> body_points"),
+    ("graspd-hand", "jacobian_rows -> scratch"),
+    ("graspd-hand", "mano::hand -> mano::jacobian"),
+    ("graspd-opt", "adam -> optimizer"),
+];
 
 /// Checks each package of the workspace at `root`.
 pub(crate) fn check_workspace(root: &Path) -> Result<()> {
@@ -37,13 +52,30 @@ pub(crate) fn check_workspace(root: &Path) -> Result<()> {
             .unwrap_or_default()
             .to_string_lossy()
             .into_owned();
-        let circles = circles(&uses(&files));
-        let is_left = |circle: &str| ALLOWED.iter().any(|(module, _)| circle.contains(module));
-        let named = circles
-            .into_iter()
-            .map(|circle| format!("{name}: {circle}"));
-        faults.extend(named.filter(|circle| !is_left(circle)));
+        faults.extend(
+            circles(&uses(&files))
+                .into_iter()
+                .map(|circle| (name.clone(), circle)),
+        );
     }
+    let is_left = |(crate_name, circle): &(String, String), (left, usage): &(&str, &str)| {
+        crate_name == left && circle.contains(usage)
+    };
+    let gone = LEFT
+        .iter()
+        .filter(|left| !faults.iter().any(|fault| is_left(fault, left)));
+    let gone: Vec<String> = gone
+        .map(|(name, usage)| {
+            format!("{name}: {usage} is in no circle any more: take it off the list")
+        })
+        .collect();
+    let new = faults
+        .iter()
+        .filter(|fault| !LEFT.iter().any(|left| is_left(fault, left)));
+    let mut faults: Vec<String> = new
+        .map(|(name, circle)| format!("{name}: {circle}"))
+        .collect();
+    faults.extend(gone);
     report(faults)
 }
 

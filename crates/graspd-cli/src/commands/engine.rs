@@ -80,7 +80,8 @@ impl Engine {
         if !output.status.success() {
             let python = python.display();
             bail!(
-                "{python}: cannot import {name} ({}); run `{python} -m pip install numpy {name}`, or `cargo xtask engines` in the project's folder, or name another interpreter with --python",
+                "{python}: cannot import {name} ({}); run `{python} -m pip install numpy {name}`, or `cargo xtask \
+                 engines` in the project's folder, or name another interpreter with --python",
                 last_line(&output)
             );
         }

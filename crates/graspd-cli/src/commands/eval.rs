@@ -41,7 +41,8 @@ pub(crate) struct Arguments {
     hand: Option<String>,
     #[command(flatten)]
     loading: HandLoading,
-    /// Only these metrics, separated by commas (all by default): ca, iv, pd (penetration depth), spd (self-penetration), gws (epsilon and volume), sd, sd6, shake
+    /// Only these metrics, separated by commas (all by default): ca, iv, pd (penetration depth), spd
+    /// (self-penetration), gws (epsilon and volume), sd, sd6, shake
     #[arg(long, value_name = "LIST")]
     metrics: Option<Metrics>,
     #[command(flatten)]

@@ -9,7 +9,8 @@ use crate::EvaluationError;
 
 /// Name and version of the built-in solver, as records keep it; the version counts up whenever results change.
 ///
-/// Records that say `rapier` without a version are of an earlier version of this solver, which solved contacts in rapier's order.
+/// Records that say `rapier` without a version are of an earlier version of this solver, which solved contacts in
+/// rapier's order.
 pub const GRASPD_ENGINE: &str = "graspd 1";
 /// Name and version of rapier, as records keep it.
 #[cfg(any(test, feature = "rapier"))]

@@ -1,14 +1,15 @@
 //! Separating axes: whether a triangle and a convex polyhedron touch, and how deep they penetrate each other.
 //!
-//! *Theorem.* Two convex polyhedra are disjoint exactly if some axis separates their projections, and it is enough to test
-//! (1) the normals of the faces of either and (2) the cross products of an edge of one with an edge of the other. If they overlap, the
-//! axis of least overlap among these is the direction, and that overlap the length, of the shortest translation that separates
-//! them: the penetration depth, since these axes are the face normals of the Minkowski difference.
+//! *Theorem.* Two convex polyhedra are disjoint exactly if some axis separates their projections, and it is enough
+//! to test (1) the normals of the faces of either and (2) the cross products of an edge of one with an edge of the
+//! other. If they overlap, the axis of least overlap among these is the direction, and that overlap the length, of
+//! the shortest translation that separates them: the penetration depth, since these axes are the face normals of
+//! the Minkowski difference.
 //!
-//! *Pruning.* (2) is needed only for pairs of edges that span a face of the Minkowski difference: the arc between the normals of the
-//! faces beside one edge crosses that of the other on the Gauss map (Gregorius). Faces are kept in clusters of similar normals,
-//! whose bounding boxes bound the overlap along all of them; edges in clusters with bounding boxes in space, since the deepest
-//! points of both lie within the penetration depth of each other.
+//! *Pruning.* (2) is needed only for pairs of edges that span a face of the Minkowski difference: the arc between
+//! the normals of the faces beside one edge crosses that of the other on the Gauss map (Gregorius). Faces are kept
+//! in clusters of similar normals, whose bounding boxes bound the overlap along all of them; edges in clusters with
+//! bounding boxes in space, since the deepest points of both lie within the penetration depth of each other.
 //!
 //! | module | |
 //! |---|---|
