@@ -45,6 +45,10 @@ const LAYERS: &[(&str, Allowed)] = &[
         Allowed::Workspace(&["graspd-ad", "graspd-settings", "graspd-geom", "graspd-hand"]),
     ),
     (
+        "graspd-fit",
+        Allowed::Workspace(&["graspd-ad", "graspd-settings", "graspd-geom", "graspd-hand"]),
+    ),
+    (
         "graspd",
         Allowed::Workspace(&[
             "graspd-ad",
@@ -53,6 +57,7 @@ const LAYERS: &[(&str, Allowed)] = &[
             "graspd-hand",
             "graspd-sim",
             "graspd-opt",
+            "graspd-fit",
             "graspd-eval",
         ]),
     ),

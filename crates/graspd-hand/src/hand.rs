@@ -187,6 +187,14 @@ pub trait Hand: Kinematics<f32> + Kinematics<f64> + Send + Sync {
             faces: self.faces().to_vec(),
         }
     }
+    /// Computes the surface of the open hand, its base at the origin.
+    fn surface_at_rest(&self) -> TriangleMesh {
+        self.surface(&HandPose {
+            translation: Vec3::zero(),
+            rotation: Quaternion::identity(),
+            articulation: self.open_articulation().to_vec(),
+        })
+    }
     /// Returns the solids that the surface consists of, in its order, each in the frame of its body; none for a skin,
     /// which has no rigid parts.
     fn rigid_parts(&self) -> Vec<Part> {

@@ -2,13 +2,14 @@
 
 use std::time::Instant;
 
+use graspd_fit::{FittedHand, HandFitter};
 use graspd_geom::SurfaceSampler;
 use graspd_hand::{Hand, HandPose};
 use rayon::prelude::*;
 
 use crate::GraspError;
 use crate::annealing::{AnnealingSettings, anneal};
-use crate::conformity::{FittedHand, HandFitter};
+use crate::force_closure::epsilon_of_fit;
 use crate::object::GraspObject;
 use crate::preset::SynthesisSettings;
 use crate::run::{RunObserver, TrajectoryPoint, draw_start_at};
@@ -128,7 +129,7 @@ impl Job<'_> {
             if fitter.is_shallow(&projected) {
                 return Ok(attempt);
             }
-            let closure = fitter.closure(self.object, &projected)?;
+            let closure = epsilon_of_fit(fitter, &projected, self.object)?;
             let rating = fitter.rating(&projected, closure);
             if best.as_ref().is_none_or(|(least, _)| rating < *least) {
                 best = Some((rating, attempt));
@@ -143,8 +144,9 @@ impl Job<'_> {
         }
     }
 
-    /// Coarse fits from the starts that belong to this grasp, most promising first: those whose numbers are
-    /// `candidates` times the grasp's and the next. And the seconds that they took in sum.
+    /// Coarse fits from the starts that belong to this grasp, most promising first: those whose
+    /// numbers are `candidates` times the grasp's and the next. And the seconds that they took in
+    /// sum.
     ///
     /// In parallel: where fewer grasps are left than there are threads, these are what can be shared.
     fn candidates(&self, fitter: &HandFitter<'_>) -> Result<(Vec<FittedHand>, f64), GraspError> {
@@ -153,16 +155,15 @@ impl Job<'_> {
         let starts = (0..fitter.candidates()).map(|candidate| first.saturating_add(candidate));
         let starts: Vec<usize> = starts.collect();
         let rated = |fitted: FittedHand| {
-            let rating = fitter.rating(&fitted, fitter.closure(self.object, &fitted)?);
+            let rating = fitter.rating(&fitted, epsilon_of_fit(fitter, &fitted, self.object)?);
             Ok((rating, fitted))
         };
         let (mut fitted, seconds) = if fitter.promising() < fitter.candidates() {
-            let near = |start: &usize| Ok(fitter.coarse_from_afar(sdf, &self.start(*start)));
+            let near = |start: &usize| Ok(fitter.approach(sdf, &self.start(*start)));
             let (mut near, before) = timed(&starts, near)?;
             near.sort_by(|a, b| a.cost.total_cmp(&b.cost));
             near.truncate(fitter.promising());
-            let (fitted, seconds) =
-                timed(&near, |near| rated(fitter.coarse_close_by(sdf, &near.pose)))?;
+            let (fitted, seconds) = timed(&near, |near| rated(fitter.contact(sdf, &near.pose)))?;
             (fitted, before + seconds)
         } else {
             timed(&starts, |start| {

@@ -16,6 +16,9 @@ pub enum GraspError {
     /// The hand.
     #[error(transparent)]
     Hand(#[from] graspd_hand::HandError),
+    /// The skin fit.
+    #[error(transparent)]
+    Fit(#[from] graspd_fit::FitError),
     /// The simulation's parameters.
     #[error(transparent)]
     Simulation(#[from] graspd_sim::SimulationError),

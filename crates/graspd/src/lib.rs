@@ -49,8 +49,8 @@
 //!
 //! # What can be relied on
 //!
-//! * A start is a pure function of (seed, object's name, hand's name, index), and a run's grasps, timings apart, do
-//!   not depend on the number of threads.
+//! * A start is a pure function of (seed, object's name, hand's name, index), and a run's grasps,
+//!   timings apart, do not depend on the number of threads.
 //! * Records are read back bit for bit ([`read_records`]) and written whole or not at all ([`write_atomically`]).
 //! * Whatever is out of range is an error before the first step; an optimisation whose numbers overflow is an error,
 //!   too. One that does not converge is a result, with [`Synthesis::task_satisfied`] false.
@@ -63,13 +63,12 @@ mod approach;
 mod attempt;
 mod batch;
 mod bootstrap;
-mod closure;
 mod configuration;
-mod conformity;
 mod dexgraspnet;
 mod diversity;
 mod error;
 mod execution;
+mod force_closure;
 mod object;
 mod preset;
 mod pressing;
@@ -92,7 +91,6 @@ pub use bootstrap::grouped_interval_95;
 pub use configuration::{
     Configuration, ConfigurationEntry, ConfigurationLayers, Origin, ResolvedConfiguration,
 };
-pub use conformity::{ConformitySettings, FittedHand, HandFitter, SkinCost, SkinSamples, fit_hand};
 pub use dexgraspnet::read_dexgraspnet;
 pub use diversity::{Diversity, diverse, pose_distances};
 pub use error::GraspError;
@@ -110,8 +108,7 @@ pub use record::{
 };
 pub use record_file::{read_records, write_atomically, write_records};
 pub use run::{
-    Grasp, GraspMaker, RunObserver, RunSettings, TrajectoryPoint, draw_start, surface_at_rest,
-    synthesize_grasps,
+    Grasp, GraspMaker, RunObserver, RunSettings, TrajectoryPoint, draw_start, synthesize_grasps,
 };
 pub use start::{PAPER_STANDOFF, initial_pose, start_rng, transform_object_hand};
 pub use summary::{MetricMeans, Summary};

@@ -1,5 +1,6 @@
 //! Every number that the synthesis depends on, and the named sets of them.
 
+use graspd_fit::{DepthSettings, FitStage, SkinFitSettings};
 use graspd_geom::Vec3;
 use graspd_opt::{AdamSettings, AdamaxSettings, OptimizerKind, Schedule};
 use graspd_settings::{
@@ -11,7 +12,6 @@ use serde::{Deserialize, Serialize};
 use crate::GraspError;
 use crate::ablation::ConstraintMethod;
 use crate::annealing::AnnealingSettings;
-use crate::conformity::ConformitySettings;
 
 /// The settings of one synthesis. [`Default`] is the preset that measures best.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -92,8 +92,9 @@ pub struct SynthesisSettings {
     /// Moves the base first and then, with L_phys evaluated anew, the joints; released code: yes, paper: both at once.
     #[serde(default)]
     pub block_coordinate: bool,
-    /// The paper's problem relaxation: the task constraint is on target wrenches, which L_phys ties to the real
-    /// contact wrenches. Without it, the constraint is on the real ones, by the pose alone.
+    /// The paper's problem relaxation: the task constraint is on target wrenches, which L_phys ties
+    /// to the real contact wrenches. Without it, the constraint is on the real ones, by the pose
+    /// alone.
     #[serde(default = "yes")]
     pub relaxation: bool,
     /// How constraints are enforced; paper: MDMM.
@@ -103,7 +104,7 @@ pub struct SynthesisSettings {
     /// Fits the hand's skin to the object before the steps (from the best of several starts) and after them; the paper
     /// does not.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub conformity: Option<ConformitySettings>,
+    pub skin_fit: Option<SkinFitSettings>,
 
     /// Plans by simulated annealing instead, `steps` of it; of all else here only density and standoff count.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -137,7 +138,7 @@ impl Default for SynthesisSettings {
             decay_start: STEPS / 2,
             stiffening_start: 0,
             stiffening_end: STEPS / 2,
-            conformity: Some(ConformitySettings::default()),
+            skin_fit: Some(SkinFitSettings::default()),
             ..Self::soft()
         }
     }
@@ -202,16 +203,17 @@ impl Validate for SynthesisSettings {
         .require("constraint_method.penalty.weight", &self.constraint_method.penalty_weight(), POSITIVE)
         .require("object_velocities (their number)", &self.object_velocities.len(), AT_LEAST_ONE)
         .source(MEASURED)
-        .nested("conformity", &self.conformity)
+        .nested("skin_fit", &self.skin_fit)
         .nested("annealing", &self.annealing)
     }
 }
 
 impl SynthesisSettings {
-    /// The simulation by itself, made to settle. It departs from [`SynthesisSettings::paper`] in five ways:
-    /// contacts are soft while the hand finds its place and stiffen at the end; rates decay, so that the last steps
-    /// settle; joints are kept within their limits; the object has to be stopped from four directions (the corners
-    /// of a tetrahedron) instead of one line; and the final stiffness is lower.
+    /// The simulation by itself, made to settle. It departs from [`SynthesisSettings::paper`] in
+    /// five ways: contacts are soft while the hand finds its place and stiffen at the end; rates
+    /// decay, so that the last steps settle; joints are kept within their limits; the object has to
+    /// be stopped from four directions (the corners of a tetrahedron) instead of one line; and the
+    /// final stiffness is lower.
     pub fn soft() -> Self {
         Self {
             preset: "soft".into(),
@@ -239,21 +241,44 @@ impl SynthesisSettings {
     /// (`lab/tuning.md`). Soft skin is pressed in less, as far as makes contact for each volume what it is with
     /// [`SynthesisSettings::paper`].
     pub fn fast() -> Self {
+        let SkinFitSettings {
+            approach,
+            contact,
+            draw_in,
+            push_out,
+            projection,
+            rigid,
+            ..
+        } = SkinFitSettings::default();
+        let shorter = |stage, iterations| FitStage {
+            iterations,
+            ..stage
+        };
         Self {
             preset: "fast".into(),
-            conformity: Some(ConformitySettings {
+            skin_fit: Some(SkinFitSettings {
                 promising: 3,
                 coarse_samples: 250,
                 fine_samples: 1000,
-                core_samples: [250, 2000],
-                dense_samples: [4000, 30_000],
-                densest_samples: [4000, 200_000],
-                coarse_iterations: [20, 15],
-                fine_iterations: [24, 10],
-                projection_iterations: 5,
-                most_depth: 1.1e-3,
-                deepest: 1.8e-3,
-                ..ConformitySettings::default()
+                coarse_medial_spheres: 250,
+                fine_medial_spheres: 2000,
+                approach: shorter(approach, 20),
+                contact: shorter(contact, 15),
+                draw_in: shorter(draw_in, 24),
+                push_out: shorter(push_out, 10),
+                projection: shorter(projection, 5),
+                soft: DepthSettings {
+                    max_depth: 1.1e-3,
+                    depth_limit: 1.8e-3,
+                    projection_samples: 4000,
+                    check_samples: 4000,
+                },
+                rigid: DepthSettings {
+                    projection_samples: 30_000,
+                    check_samples: 200_000,
+                    ..rigid
+                },
+                ..SkinFitSettings::default()
             }),
             ..Self::default().with_steps(60)
         }
@@ -299,7 +324,7 @@ impl SynthesisSettings {
             block_coordinate: false,
             relaxation: true,
             constraint_method: ConstraintMethod::Mdmm,
-            conformity: None,
+            skin_fit: None,
             annealing: None,
         }
     }
@@ -314,9 +339,10 @@ impl SynthesisSettings {
         }
     }
 
-    /// What the authors' released code does where it differs from the paper: Adam for the pose, at a lower rate for
-    /// the base and after a warm-up; base and joints moved one after the other; 10 000 steps; hand and object at
-    /// twice their size. The smoothing takes as many steps as the paper's, for want of another number.
+    /// What the authors' released code does where it differs from the paper: Adam for the pose, at
+    /// a lower rate for the base and after a warm-up; base and joints moved one after the other; 10
+    /// 000 steps; hand and object at twice their size. The smoothing takes as many steps as the
+    /// paper's, for want of another number.
     pub fn released() -> Self {
         Self {
             preset: "released".into(),

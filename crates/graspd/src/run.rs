@@ -3,7 +3,8 @@
 use std::time::Instant;
 
 use graspd_eval::{EvaluationSettings, ObjectUnderTest, evaluate};
-use graspd_geom::{GeometryError, Quaternion, SurfaceSampler, TriangleMesh, Vec3};
+use graspd_fit::HandFitter;
+use graspd_geom::{GeometryError, SurfaceSampler};
 use graspd_hand::{Hand, HandPose};
 use graspd_settings::{AT_LEAST_ONE, Ranges, Validate, ranges};
 use graspd_sim::Scene;
@@ -11,7 +12,6 @@ use rayon::prelude::*;
 
 use crate::GraspError;
 use crate::attempt::{Attempt, Job};
-use crate::conformity::HandFitter;
 use crate::execution::{ExecutionSettings, plan_pre_grasp, plan_squeeze};
 use crate::object::GraspObject;
 use crate::preset::SynthesisSettings;
@@ -165,15 +165,6 @@ pub fn synthesize_grasps(
     Ok(grasps)
 }
 
-/// The surface of the open hand, its base at the origin.
-pub fn surface_at_rest(hand: &dyn Hand) -> TriangleMesh {
-    hand.surface(&HandPose {
-        translation: Vec3::zero(),
-        rotation: Quaternion::identity(),
-        articulation: hand.open_articulation().to_vec(),
-    })
-}
-
 /// Makes the grasps of one hand on one object, one start at a time and in any order.
 ///
 /// [`synthesize_grasps`] makes all of a run's; this is for who wants some of them, or each as soon as it is done.
@@ -203,10 +194,10 @@ impl<'a> GraspMaker<'a> {
         let mut judged =
             ObjectUnderTest::new(&object.source.mesh)?.with_cache(object.cache.clone());
         if run.evaluation.metrics.self_penetration {
-            judged = judged.grasped_by(&surface_at_rest(hand))?;
+            judged = judged.grasped_by(&hand.surface_at_rest())?;
         }
-        let fitter = (settings.conformity.as_ref())
-            .map(|conformity| HandFitter::new(hand, conformity))
+        let fitter = (settings.skin_fit.as_ref())
+            .map(|skin_fit| HandFitter::new(hand, skin_fit))
             .transpose()?;
         Ok(Self {
             object,

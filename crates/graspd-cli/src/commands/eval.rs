@@ -8,7 +8,7 @@ use clap::Args;
 use clap::builder::NonEmptyStringValueParser;
 use graspd::{
     GraspRecord, NamedMesh, Summary, rank_by_displacement, read_dexgraspnet, read_records,
-    surface_at_rest, write_records,
+    write_records,
 };
 use graspd_eval::{EvaluationSettings, Metrics, ObjectUnderTest, SimulationJob, evaluate};
 use graspd_geom::TriangleMesh;
@@ -135,7 +135,7 @@ fn judge(arguments: &Arguments) -> Result<()> {
         if !settings.metrics.self_penetration {
             return Ok(object);
         }
-        Ok(object.grasped_by(&surface_at_rest(hand.as_ref()))?)
+        Ok(object.grasped_by(&hand.surface_at_rest())?)
     };
     let objects = sources.iter().map(under_test);
     let objects = objects.collect::<Result<Vec<_>>>()?;

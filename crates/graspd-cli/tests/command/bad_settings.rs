@@ -58,7 +58,7 @@ fn a_file_of_settings_is_checked_before_the_work() {
         ("settings.task_limit = -1.0", "task_limit"),
         (
             "[settings.conformity]\ncandidates = 0",
-            "conformity.candidates",
+            "skin_fit.candidates",
         ),
     ] {
         if !content.is_empty() {

@@ -14,7 +14,7 @@ use super::energy::ContactEnergy;
 use super::probe::Probe;
 use super::settings::AnnealingSettings;
 use crate::GraspError;
-use crate::closure::epsilon_of_some;
+use crate::force_closure::epsilon_of_some;
 use crate::object::GraspObject;
 
 /// GraspIt!'s schedule: a temperature of T_0 exp(-c k^(1/d)) at step k, which begins at K_FIRST.

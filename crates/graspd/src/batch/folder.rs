@@ -11,7 +11,7 @@ use super::journal::{Journal, StartFailure, StartOutcome};
 use super::lock::{ShardLock, gate};
 use super::plan::{BatchPlan, PlannedRun, Shard};
 use crate::GraspError;
-use crate::configuration::{leaves, present_name};
+use crate::configuration::present_leaves;
 use crate::rank::rank_by_displacement;
 use crate::record::{GraspRecord, Seconds};
 use crate::record_file::{write_atomically, write_records};
@@ -47,8 +47,9 @@ impl BatchFolder {
     /// Opens a folder for a shard of a batch, and makes it if need be.
     ///
     /// # Errors
-    /// [`GraspError::Locked`] if another process is at it; [`GraspError::BatchExists`] if there is something to go
-    /// on with but `resume` is false; [`GraspError::BatchDiffers`] if the folder is of another batch.
+    /// [`GraspError::Locked`] if another process is at it; [`GraspError::BatchExists`] if there is
+    /// something to go on with but `resume` is false; [`GraspError::BatchDiffers`] if the folder is
+    /// of another batch.
     pub fn open(
         path: &Path,
         plan: &BatchPlan,
@@ -96,10 +97,8 @@ impl BatchFolder {
             return Ok(());
         }
         let values = |text: &str| -> BTreeMap<String, Value> {
-            let values = leaves(&text.parse().unwrap_or_default()).into_iter();
-            values
-                .map(|(key, value)| (present_name(key), value))
-                .collect()
+            let values = present_leaves(&text.parse().unwrap_or_default());
+            values.into_iter().collect()
         };
         let (recorded, asked) = (values(&recorded), values(&asked));
         let differs = |key: &&String| recorded.get(*key) != asked.get(*key);

@@ -5,12 +5,12 @@ use std::path::Path;
 use graspd_settings::Validate;
 use toml::{Table, Value};
 
-use super::keys::{known_keys, nearest, present_name};
+use super::keys::{known_keys, nearest, present_leaves};
 use super::origin::Origin;
 use super::resolved::{
-    ANNEALING, CONFORMITY, METRICS, PENALTY, PRESET, ResolvedConfiguration, STEPS,
+    ANNEALING, METRICS, PENALTY, PRESET, ResolvedConfiguration, SKIN_FIT, STEPS,
 };
-use super::tree::{at, leaves, put};
+use super::tree::{at, put};
 use crate::GraspError;
 use crate::preset::SynthesisSettings;
 
@@ -80,11 +80,10 @@ impl ConfigurationLayers {
         let known: Vec<&str> = known.iter().map(|(key, _)| key.as_str()).collect();
         let mut resolved = ResolvedConfiguration::of(self.preset()?);
         for (origin, table) in &self.layers {
-            let mut values = leaves(table);
+            let mut values = present_leaves(table);
             // Stable: the rest keep their order.
             values.sort_by_key(|(key, _)| (key != PRESET, key != STEPS));
             for (key, value) in values {
-                let key = present_name(key);
                 if !is_known(&key, &value, &known) {
                     return Err(GraspError::UnknownKey {
                         origin: origin.to_string(),
@@ -119,7 +118,7 @@ fn is_known(key: &str, value: &Value, known: &[&str]) -> bool {
     let section = format!("{key}.");
     known.contains(&key)
         || key == PENALTY
-        || (matches!(key, CONFORMITY | ANNEALING) && value.is_bool())
+        || (matches!(key, SKIN_FIT | ANNEALING) && value.is_bool())
         || (key == METRICS && value.is_str())
         || (value.as_table().is_some_and(Table::is_empty)
             && known.iter().any(|other| other.starts_with(&section)))

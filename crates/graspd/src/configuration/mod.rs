@@ -17,11 +17,10 @@ use graspd_geom::SdfSampling;
 use graspd_settings::{ANY, AT_LEAST_ONE, Ranges, Validate, between, ranges};
 use serde::{Deserialize, Serialize};
 
-pub(crate) use keys::{is_section, nearest_key, present_name};
+pub(crate) use keys::{is_section, nearest_key, present_leaves};
 pub use layers::ConfigurationLayers;
 pub use origin::Origin;
 pub use resolved::{ConfigurationEntry, ResolvedConfiguration};
-pub(crate) use tree::leaves;
 
 use crate::execution::ExecutionSettings;
 use crate::object::{PAPER_PADDING, PAPER_RESOLUTION};

@@ -17,7 +17,7 @@ pub(super) const PRESET: &str = "settings.preset";
 /// Setting it stretches the schedules of the layers below.
 pub(super) const STEPS: &str = "settings.steps";
 /// A table, or `false` for no fit, or `true` for the usual one.
-pub(super) const CONFORMITY: &str = "settings.conformity";
+pub(super) const SKIN_FIT: &str = "settings.skin_fit";
 /// A table, or `false` for none.
 pub(super) const ANNEALING: &str = "settings.annealing";
 /// A name, unless this key makes it a table.
@@ -36,7 +36,7 @@ const STRETCHED: [&str; 5] = [
 /// One value of a configuration.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ConfigurationEntry {
-    /// Its path, such as `settings.conformity.depth`.
+    /// Its path, such as `settings.skin_fit.depth`.
     pub key: String,
     /// The value; `None` where it follows from others (`evaluation.torque_scale`).
     pub value: Option<Value>,
@@ -86,7 +86,7 @@ impl ResolvedConfiguration {
                 self.is_stretched |= steps != settings.steps;
                 *settings = settings.clone().with_steps(steps);
             }
-            (CONFORMITY, Value::Boolean(is_on)) => switch(&mut settings.conformity, *is_on),
+            (SKIN_FIT, Value::Boolean(is_on)) => switch(&mut settings.skin_fit, *is_on),
             (ANNEALING, Value::Boolean(is_on)) => switch(&mut settings.annealing, *is_on),
             (METRICS, Value::String(list)) => {
                 let metrics = list.parse::<graspd_eval::Metrics>();
@@ -101,8 +101,8 @@ impl ResolvedConfiguration {
 
     fn lay_leaf(&mut self, origin: &Origin, key: &str, value: Value) -> Result<(), GraspError> {
         let settings = &mut self.configuration.settings;
-        if key.starts_with(CONFORMITY) {
-            settings.conformity.get_or_insert_default();
+        if key.starts_with(SKIN_FIT) {
+            settings.skin_fit.get_or_insert_default();
         }
         if key.starts_with(ANNEALING) {
             settings.annealing.get_or_insert_default();
@@ -125,8 +125,8 @@ impl ResolvedConfiguration {
         let table = tree(&self.configuration)?;
         let paper = tree(&Configuration::with_settings(SynthesisSettings::paper()))?;
         let mut keys = known_keys();
-        if self.configuration.settings.conformity.is_none() {
-            keys.retain(|(key, _)| !key.starts_with(CONFORMITY));
+        if self.configuration.settings.skin_fit.is_none() {
+            keys.retain(|(key, _)| !key.starts_with(SKIN_FIT));
         }
         if self.configuration.settings.annealing.is_none() {
             keys.retain(|(key, _)| !key.starts_with(ANNEALING));

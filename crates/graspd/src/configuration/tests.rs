@@ -1,6 +1,9 @@
 use toml::Table;
 
+use graspd_fit::{DepthSettings, FitStage, SkinFitSettings};
+
 use super::keys::known_keys;
+use super::tree::leaves;
 use super::*;
 
 fn layers(texts: &[&str]) -> ConfigurationLayers {
@@ -35,10 +38,7 @@ fn nothing_said_is_the_default() {
 fn every_key_has_a_source_and_every_source_a_key() {
     // All that there can be: no preset has both a fit and annealing.
     let mut all = resolved(&["[settings]\nannealing = true\n[evaluation]\ntorque_scale = 1.0"]);
-    all.configuration
-        .settings
-        .conformity
-        .get_or_insert_default();
+    all.configuration.settings.skin_fit.get_or_insert_default();
     let mut keys: Vec<String> = leaves(&Table::try_from(&all.configuration).unwrap())
         .into_iter()
         .map(|(key, _)| key)
@@ -126,19 +126,84 @@ fn a_configuration_written_and_read_is_the_same() {
 
 #[test]
 fn the_fit_can_be_switched_on_and_off() {
-    let conformity = |text: &str| resolved(&[text]).configuration.settings.conformity;
-    assert_eq!(conformity("[settings]\nconformity = false"), None);
-    assert_eq!(
-        conformity("[settings]\npreset = \"soft\"\nconformity = true"),
-        Some(crate::ConformitySettings::default())
-    );
-    let own =
-        conformity("[settings]\npreset = \"soft\"\n[settings.conformity]\ncandidates = 2").unwrap();
-    assert_eq!(own.candidates, 2);
+    for key in ["skin_fit", "conformity"] {
+        let skin_fit = |text: &str| resolved(&[text]).configuration.settings.skin_fit;
+        assert_eq!(skin_fit(&format!("[settings]\n{key} = false")), None);
+        assert_eq!(
+            skin_fit(&format!("[settings]\npreset = \"soft\"\n{key} = true")),
+            Some(SkinFitSettings::default())
+        );
+        let own = format!("[settings]\npreset = \"soft\"\n[settings.{key}]\ncandidates = 2");
+        assert_eq!(skin_fit(&own).unwrap().candidates, 2);
+    }
     let soft = resolved(&["[settings]\npreset = \"soft\""])
         .entries()
         .unwrap();
-    assert!(!soft.iter().any(|entry| entry.key.contains("conformity")));
+    assert!(!soft.iter().any(|entry| entry.key.contains("skin_fit")));
+}
+
+/// The fit's settings as version 0.1's first runs wrote them, each with another value than today's.
+const EARLIER_FIT: &str = "
+[settings.conformity]
+candidates = 7
+core_samples = [801, 6001]
+dense_samples = [40001, 100001]
+densest_samples = [40002, 400002]
+coarse_iterations = [31, 21]
+fine_iterations = [41, 22]
+projection_iterations = 11
+retreat_iterations = 23
+reach = [0.051, 0.0051, 0.0016, 0.0021, 0.00081]
+depth = 0.00016
+most_depth = 0.00176
+rigid_most_depth = 0.00041
+deep_weights = [0.03, 1.1, 1.2, 4.1]
+deepest = 0.00256
+rigid_deepest = 0.00066
+core_weights = [0.02, 2.1, 0.34, 2.2]
+";
+
+#[test]
+fn settings_of_earlier_fits_are_read() {
+    let settings = resolved(&[EARLIER_FIT]).configuration.settings;
+    let fit = settings.skin_fit.unwrap();
+    let stage = |stage: &FitStage| {
+        let FitStage {
+            iterations,
+            start_reach,
+            end_reach,
+            depth_weight,
+            medial_weight,
+        } = *stage;
+        (
+            iterations,
+            [start_reach, end_reach],
+            depth_weight,
+            medial_weight,
+        )
+    };
+    assert_eq!((fit.candidates, fit.promising), (7, 8));
+    assert_eq!(
+        (fit.coarse_medial_spheres, fit.fine_medial_spheres),
+        (801, 6001)
+    );
+    assert_eq!(stage(&fit.approach), (31, [0.051, 0.0051], 0.03, 0.02));
+    assert_eq!(stage(&fit.contact), (21, [0.0051, 0.0016], 1.1, 2.1));
+    assert_eq!(stage(&fit.draw_in), (41, [0.0021, 0.00081], 1.2, 0.34));
+    assert_eq!(stage(&fit.push_out), (22, [0.00081, 0.00081], 4.1, 0.34));
+    assert_eq!(stage(&fit.projection), (11, [0.00081, 0.00081], 4.1, 2.2));
+    assert_eq!(
+        (fit.depenetration_iterations, fit.target_depth),
+        (23, 0.00016)
+    );
+    let depths = |max_depth, depth_limit, projection_samples, check_samples| DepthSettings {
+        max_depth,
+        depth_limit,
+        projection_samples,
+        check_samples,
+    };
+    assert_eq!(fit.soft, depths(0.00176, 0.00256, 40001, 40002));
+    assert_eq!(fit.rigid, depths(0.00041, 0.00066, 100_001, 400_002));
 }
 
 #[test]

@@ -2,7 +2,6 @@
 
 mod ablation;
 mod annealing;
-mod conformity;
 mod dexgraspnet;
 mod diversity;
 mod execution;
@@ -14,6 +13,7 @@ mod rank;
 mod record;
 mod record_files;
 mod run;
+mod skin_fit;
 mod start;
 mod summary;
 mod synthesis;

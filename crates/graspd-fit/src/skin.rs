@@ -7,8 +7,7 @@ use graspd_hand::{Hand, HandPoint, PointForces};
 use nalgebra::{Point3, Vector3};
 use rayon::prelude::*;
 
-use crate::GraspError;
-use crate::run::surface_at_rest;
+use crate::FitError;
 
 /// Seed of the pattern; any would do.
 const SEED: u64 = 7;
@@ -17,15 +16,15 @@ const BURIED_PROBE: f64 = 1e-6;
 
 /// One point, by its place in a face.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Place {
-    pub(super) corners: [u32; 3],
-    pub(super) shares: [f64; 3],
+pub(crate) struct Place {
+    pub(crate) corners: [u32; 3],
+    pub(crate) shares: [f64; 3],
 }
 
 impl Place {
     /// Where it is, of the surface's vertices as posed.
     #[inline]
-    pub(super) fn at(&self, vertices: &[Point3<f64>]) -> Vector3<f64> {
+    pub(crate) fn at(&self, vertices: &[Point3<f64>]) -> Vector3<f64> {
         let [a, b, c] = self.corners.map(|v| vertices[v as usize].coords);
         a * self.shares[0] + b * self.shares[1] + c * self.shares[2]
     }
@@ -47,22 +46,23 @@ impl SkinSamples {
     ///
     /// # Errors
     /// If the hand's surface is not closed.
-    pub fn new(hand: &dyn Hand, count: usize) -> Result<Self, GraspError> {
-        let surface = surface_at_rest(hand);
+    pub fn new(hand: &dyn Hand, count: usize) -> Result<Self, FitError> {
+        let surface = hand.surface_at_rest();
         let solid = SignedDistance::new(&surface)?;
         Ok(Self::on(&surface, &solid, count))
     }
 
     /// The same on the surface of the open hand, of which `solid` is the distance.
-    pub(super) fn on(surface: &TriangleMesh, solid: &SignedDistance, count: usize) -> Self {
+    pub(crate) fn on(surface: &TriangleMesh, solid: &SignedDistance, count: usize) -> Self {
         Self::of(surface, &sample_evenly(surface, count, SEED), |p| {
             !solid.is_inside(&(p.point + p.normal * BURIED_PROBE))
         })
     }
 
-    /// About `count` points, less even, and all vertices: where a hand digs in first. None is left out, as what is
-    /// buried in another part of the open hand may come out of it when the hand closes.
-    pub(super) fn dense_on(surface: &TriangleMesh, count: usize) -> Self {
+    /// About `count` points, less even, and all vertices: where a hand digs in first. None is left
+    /// out, as what is buried in another part of the open hand may come out of it when the hand
+    /// closes.
+    pub(crate) fn dense_on(surface: &TriangleMesh, count: usize) -> Self {
         let mut skin = Self::of(surface, &sample_by_sequence(surface, count), |_| true);
         skin.add_vertices(surface);
         skin
@@ -120,20 +120,20 @@ impl SkinSamples {
 
     /// Where a point is, of the surface's vertices as posed.
     #[inline]
-    pub(super) fn position(&self, vertices: &[Point3<f64>], point: usize) -> Vector3<f64> {
+    pub(crate) fn position(&self, vertices: &[Point3<f64>], point: usize) -> Vector3<f64> {
         self.places[point].at(vertices)
     }
 
     /// The outward unit normal at a point: that of its face, and 0 for a face without an area, which faces nowhere.
     #[inline]
-    pub(super) fn outward(&self, vertices: &[Point3<f64>], point: usize) -> Vector3<f64> {
+    pub(crate) fn outward(&self, vertices: &[Point3<f64>], point: usize) -> Vector3<f64> {
         let [a, b, c] = self.places[point].corners.map(|v| vertices[v as usize]);
         let normal = (b - a).cross(&(c - a)).try_normalize(0.0);
         normal.unwrap_or_default()
     }
 
     /// A point's movement along a direction.
-    pub(super) fn pull(&self, point: usize, direction: &Vector3<f64>) -> PointForces {
+    pub(crate) fn pull(&self, point: usize, direction: &Vector3<f64>) -> PointForces {
         let Place { corners, shares } = self.places[point];
         let direction = Vec3::from(*direction);
         PointForces {
@@ -142,7 +142,7 @@ impl SkinSamples {
     }
 
     /// The movement along a direction of what is at some height \[m\] above a point, along its outward normal.
-    pub(super) fn pull_above(
+    pub(crate) fn pull_above(
         &self,
         vertices: &[Point3<f64>],
         point: usize,
@@ -166,7 +166,7 @@ impl SkinSamples {
     }
 
     /// The points of these numbers alone.
-    pub(super) fn only(&self, points: &[usize]) -> Self {
+    pub(crate) fn only(&self, points: &[usize]) -> Self {
         Self {
             places: points.iter().map(|point| self.places[*point]).collect(),
             area: self.area,
@@ -175,16 +175,16 @@ impl SkinSamples {
     }
 
     /// The same, so many of which are worth one.
-    pub(super) fn with_density(self, density: f64) -> Self {
+    pub(crate) fn with_density(self, density: f64) -> Self {
         Self { density, ..self }
     }
 
-    pub(super) fn density(&self) -> f64 {
+    pub(crate) fn density(&self) -> f64 {
         self.density
     }
 
     /// The places, in an order that may be changed.
-    pub(super) fn places_mut(&mut self) -> &mut [Place] {
+    pub(crate) fn places_mut(&mut self) -> &mut [Place] {
         &mut self.places
     }
 }

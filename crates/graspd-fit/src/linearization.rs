@@ -4,12 +4,12 @@ use graspd_geom::Vec3;
 use graspd_hand::{Hand, HandPoint, HandPose, JacobianRows, PointForces, PosedHand};
 use nalgebra::{DMatrix, DVector, Vector3};
 
-use super::core::HandCore;
-use super::cost::SkinCost;
-use super::field::{Answer, DistanceField, LookUpScratch, Query, STEEPEST};
-use super::normal_matrix::NormalMatrix;
-use super::settings::ConformitySettings;
-use super::skin::SkinSamples;
+use crate::cost::SkinCost;
+use crate::distance_field::{Answer, DistanceField, LookUpScratch, Query, STEEPEST};
+use crate::medial_spheres::MedialSpheres;
+use crate::normal_equations::NormalEquations;
+use crate::settings::SkinFitSettings;
+use crate::skin::SkinSamples;
 
 /// Self-intersections are counted in this unit \[m\].
 const INTERSECTION_UNIT: f64 = 1e-3;
@@ -18,7 +18,7 @@ const MIN_RANGE: f64 = 0.05;
 
 /// Where the skin and the collision spheres of a posed hand are with respect to the object.
 #[derive(Debug, Default)]
-pub(super) struct Placement {
+pub(crate) struct Placement {
     hand: PosedHand,
     skin: Vec<SkinPoint>,
     balls: Vec<Ball>,
@@ -37,7 +37,7 @@ struct SkinPoint {
     facing: f64,
 }
 
-/// A ball of the hand's core.
+/// A medial sphere of the hand.
 #[derive(Clone, Copy, Debug)]
 struct Ball {
     /// Where its centre was when its distance was looked up.
@@ -50,16 +50,16 @@ struct Ball {
 }
 
 /// Points nearer to the object than this count as touching it \[m\].
-pub(super) const TOUCHING: f64 = 5e-4;
+pub(crate) const TOUCHING: f64 = 5e-4;
 
 impl Placement {
     /// Signed distance of each point of the skin \[m\]; of one out of reach, what it was when it was last looked up.
-    pub(super) fn distances(&self) -> impl Iterator<Item = f64> + Clone {
+    pub(crate) fn distances(&self) -> impl Iterator<Item = f64> + Clone {
         self.skin.iter().map(|point| point.distance)
     }
 
     /// See [`FittedHand::imbalance`](super::FittedHand::imbalance).
-    pub(super) fn imbalance(&self) -> f64 {
+    pub(crate) fn imbalance(&self) -> f64 {
         let (mut sum, mut total) = (Vector3::zeros(), 0.0);
         for point in &self.skin {
             if point.distance < TOUCHING {
@@ -80,22 +80,22 @@ struct Overlap {
 }
 
 /// The cost as a function of the pose: that of all points of the skin, of posture and of self-intersection.
-pub(super) struct PoseCost<'a> {
+pub(crate) struct PoseCost<'a> {
     hand: &'a dyn Hand,
     field: &'a dyn DistanceField,
     skin: &'a SkinSamples,
-    core: &'a HandCore,
+    spheres: &'a MedialSpheres,
     /// No cost looks at skin farther from the object than this \[m\].
     horizon: f64,
     /// The relaxed posture and the weight of each joint's distance from it.
     posture: Vec<(f64, f64)>,
     intersection_factor: f64,
-    matrix: NormalMatrix,
+    matrix: NormalEquations,
     pulls: Vec<PointForces>,
     /// Slope and weight of each pull.
     terms: Vec<(f64, f64)>,
     rows: JacobianRows,
-    /// The points that are looked up, and what they are of the skin or the core.
+    /// The points that are looked up, and what they are of the skin or the medial spheres.
     queries: Vec<Query>,
     asked: Vec<u32>,
     answers: Vec<Answer>,
@@ -104,12 +104,12 @@ pub(super) struct PoseCost<'a> {
 
 impl<'a> PoseCost<'a> {
     /// `farthest`: no cost that is going to be asked for looks at skin farther from the object \[m\].
-    pub(super) fn new(
+    pub(crate) fn new(
         hand: &'a dyn Hand,
         field: &'a dyn DistanceField,
         skin: &'a SkinSamples,
-        core: &'a HandCore,
-        settings: &ConformitySettings,
+        spheres: &'a MedialSpheres,
+        settings: &SkinFitSettings,
         farthest: f64,
     ) -> Self {
         let joints = hand.open_articulation().len();
@@ -130,12 +130,12 @@ impl<'a> PoseCost<'a> {
             hand,
             field,
             skin,
-            core,
+            spheres,
             horizon: farthest.max(TOUCHING),
             posture: posture.collect(),
             intersection_factor: skin.density() * settings.intersection_weight
                 / INTERSECTION_UNIT.powi(2),
-            matrix: NormalMatrix::new(hand.jacobian_basis(), joints),
+            matrix: NormalEquations::new(hand.jacobian_basis(), joints),
             pulls: Vec::new(),
             terms: Vec::new(),
             rows: JacobianRows::default(),
@@ -146,9 +146,9 @@ impl<'a> PoseCost<'a> {
         }
     }
 
-    /// Puts the hand somewhere: `placement` is overwritten. Of points that cannot have come within reach since
-    /// `before`, the distance is not looked up again.
-    pub(super) fn place(
+    /// Puts the hand somewhere: `placement` is overwritten. Of points that cannot have come within
+    /// reach since `before`, the distance is not looked up again.
+    pub(crate) fn place(
         &mut self,
         pose: &HandPose,
         before: Option<&Placement>,
@@ -156,7 +156,7 @@ impl<'a> PoseCost<'a> {
     ) {
         self.hand.pose(pose, &mut placement.hand);
         self.place_skin(before, placement);
-        self.place_core(before, placement);
+        self.place_medial_spheres(before, placement);
     }
 
     fn place_skin(&mut self, before: Option<&Placement>, placement: &mut Placement) {
@@ -194,13 +194,13 @@ impl<'a> PoseCost<'a> {
         }
     }
 
-    fn place_core(&mut self, before: Option<&Placement>, placement: &mut Placement) {
+    fn place_medial_spheres(&mut self, before: Option<&Placement>, placement: &mut Placement) {
         let vertices = &placement.hand.vertices[..];
         self.begin_look_up();
         placement.balls.clear();
-        for number in 0..self.core.len() {
-            let center = self.core.center(vertices, number);
-            let radius = self.core.radius(number);
+        for number in 0..self.spheres.len() {
+            let center = self.spheres.center(vertices, number);
+            let radius = self.spheres.radius(number);
             let last = before.map(|before| &before.balls[number]);
             placement.balls.push(match last {
                 Some(last) if is_beyond(last.distance - radius, &last.seen_at, &center) => *last,
@@ -223,7 +223,7 @@ impl<'a> PoseCost<'a> {
         for (&number, answer) in self.asked.iter().zip(&self.answers) {
             let ball = &mut placement.balls[number as usize];
             (ball.distance, ball.normal) = (answer.distance, answer.normal);
-            ball.lack = (self.core.radius(number as usize) - answer.distance).max(0.0);
+            ball.lack = (self.spheres.radius(number as usize) - answer.distance).max(0.0);
         }
     }
 
@@ -267,7 +267,7 @@ impl<'a> PoseCost<'a> {
     }
 
     /// The cost of a pose, placed.
-    pub(super) fn value(&self, pose: &HandPose, placement: &Placement, cost: &SkinCost) -> f64 {
+    pub(crate) fn value(&self, pose: &HandPose, placement: &Placement, cost: &SkinCost) -> f64 {
         let in_reach = (placement.skin.iter()).filter(|point| cost.reaches(point.distance));
         let skin: f64 = in_reach.map(|p| cost.value(p.distance, p.facing)).sum();
         let joints = pose.articulation.iter().zip(&self.posture);
@@ -277,13 +277,13 @@ impl<'a> PoseCost<'a> {
         let overlaps = self.overlaps(placement);
         let overlap: f64 = overlaps.iter().map(|o| o.depth * o.depth).sum();
         let cut = placement.balls.iter().filter(|ball| ball.lack > 0.0);
-        let core: f64 = cut.map(|ball| cost.core_value(ball.lack)).sum();
-        skin + self.skin.density() * core + posture + self.intersection_factor * overlap
+        let spheres: f64 = cut.map(|ball| cost.medial_value(ball.lack)).sum();
+        skin + self.skin.density() * spheres + posture + self.intersection_factor * overlap
     }
 
     /// The Gauss-Newton matrix and the gradient of the cost by (translation, rotation vector in the object frame,
     /// joints).
-    pub(super) fn normal_equations(
+    pub(crate) fn normal_equations(
         &mut self,
         pose: &HandPose,
         placement: &Placement,
@@ -299,12 +299,12 @@ impl<'a> PoseCost<'a> {
             }
         }
         for (number, ball) in placement.balls.iter().enumerate() {
-            let (slope, weight) = cost.core_slope_and_weight(ball.lack);
+            let (slope, weight) = cost.medial_slope_and_weight(ball.lack);
             let (slope, weight) = (slope * self.skin.density(), weight * self.skin.density());
             if weight > 0.0 {
                 let vertices = &placement.hand.vertices;
                 self.pulls
-                    .push(self.core.pull(vertices, number, &ball.normal));
+                    .push(self.spheres.pull(vertices, number, &ball.normal));
                 self.terms.push((slope, weight));
             }
         }

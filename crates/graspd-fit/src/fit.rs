@@ -1,35 +1,28 @@
 //! The fit: Levenberg-Marquardt within the limits of the joints.
 
-use graspd_eval::Contact;
 use graspd_geom::{Quaternion, SdfGrid, Vec3};
 use graspd_hand::{Hand, HandPose, clamp_to_limits};
 use graspd_settings::Validate;
 use nalgebra::{DMatrix, DVector, Vector3};
 
-use super::core::{HandCore, HandSolids};
-use super::field::DistanceField;
-use super::linearization::{Placement, PoseCost, TOUCHING};
-use super::patches::SkinPatches;
-use super::settings::{ConformitySettings, Stage};
-use super::skin::SkinSamples;
-use crate::GraspError;
-use crate::closure::epsilon_of_some;
-use crate::object::GraspObject;
+use crate::FitError;
+use crate::distance_field::DistanceField;
+use crate::linearization::{Placement, PoseCost, TOUCHING};
+use crate::medial_spheres::{HandSolids, MedialSpheres};
+use crate::patches::SkinPatches;
+use crate::settings::{CostStage, SkinFitSettings};
+use crate::skin::SkinSamples;
 
 /// Depths up to this much beyond those asked for will do \[m\].
 const SLACK: f64 = 3e-4;
-/// Closure is that of so many points at most ...
-const FEW: usize = 24;
-/// ... that face the object by more than this, with this friction, and pyramids of so many edges.
+/// Points that face the object by more than this count as contacts.
 const MIN_FACING: f64 = 0.3;
-const CLOSURE_FRICTION: f64 = 0.8;
-const CLOSURE_EDGES: usize = 6;
-/// No step moves the base farther \[m\].
+/// Largest translation of the base in a step \[m\].
 const MAX_TRANSLATION: f64 = 0.01;
-/// No step turns the base farther \[rad\].
+/// Largest rotation of the base in a step \[rad\].
 const MAX_ROTATION: f64 = 0.15;
-/// No step moves a joint farther \[rad or m\].
-const MAX_JOINT_MOVE: f64 = 0.2;
+/// Largest change of a joint in a step \[rad or m\].
+const MAX_JOINT_STEP: f64 = 0.2;
 /// Damping at first, relative to the matrix's diagonal, and its bounds.
 const DAMPING: f64 = 1e-2;
 const MIN_DAMPING: f64 = 1e-6;
@@ -63,15 +56,15 @@ pub struct FittedHand {
 
 /// Fits one hand to objects; its skin is sampled once.
 pub struct HandFitter<'a> {
-    pub(super) hand: &'a dyn Hand,
-    pub(super) settings: &'a ConformitySettings,
+    pub(crate) hand: &'a dyn Hand,
+    pub(crate) settings: &'a SkinFitSettings,
     coarse: SkinSamples,
     fine: SkinSamples,
-    /// For the projection, and for the retreat after it.
-    pub(super) dense: SkinPatches,
-    pub(super) densest: SkinPatches,
-    coarse_core: HandCore,
-    pub(super) fine_core: HandCore,
+    /// For the projection, and for the depenetration after it.
+    pub(crate) dense: SkinPatches,
+    pub(crate) densest: SkinPatches,
+    coarse_spheres: MedialSpheres,
+    pub(crate) fine_spheres: MedialSpheres,
 }
 
 impl<'a> HandFitter<'a> {
@@ -79,26 +72,29 @@ impl<'a> HandFitter<'a> {
     ///
     /// # Errors
     /// If a setting is out of range or the hand's surface is not closed.
-    pub fn new(hand: &'a dyn Hand, settings: &'a ConformitySettings) -> Result<Self, GraspError> {
+    pub fn new(hand: &'a dyn Hand, settings: &'a SkinFitSettings) -> Result<Self, FitError> {
         settings.validate()?;
         let solids = HandSolids::new(hand)?;
         let skin = |count: usize| SkinSamples::on(&solids.open, &solids.open_distance, count);
-        let core = |count: usize| HandCore::new(&solids, count);
-        let [few, many] = settings.core_samples;
-        let dense = |[soft, rigid]: [usize; 2]| {
-            SkinPatches::on(&solids.open, if is_rigid(hand) { rigid } else { soft })
-        };
-        let ((dense, densest), ((coarse, fine), (coarse_core, fine_core))) = rayon::join(
+        let spheres = |count: usize| MedialSpheres::new(&solids, count);
+        let depths = settings.depths(hand.is_soft());
+        let dense = |count: usize| SkinPatches::on(&solids.open, count);
+        let ((dense, densest), ((coarse, fine), (coarse_spheres, fine_spheres))) = rayon::join(
             || {
                 (
-                    dense(settings.dense_samples),
-                    dense(settings.densest_samples),
+                    dense(depths.projection_samples),
+                    dense(depths.check_samples),
                 )
             },
             || {
                 rayon::join(
                     || (skin(settings.coarse_samples), skin(settings.fine_samples)),
-                    || (core(few), core(many)),
+                    || {
+                        (
+                            spheres(settings.coarse_medial_spheres),
+                            spheres(settings.fine_medial_spheres),
+                        )
+                    },
                 )
             },
         );
@@ -109,17 +105,18 @@ impl<'a> HandFitter<'a> {
             fine,
             dense,
             densest,
-            coarse_core,
-            fine_core,
+            coarse_spheres,
+            fine_spheres,
         })
     }
 
-    pub(super) fn is_rigid(&self) -> bool {
-        is_rigid(self.hand)
+    pub(crate) fn is_soft(&self) -> bool {
+        self.hand.is_soft()
     }
 
-    /// How promising a fit is, least first: its cost, discounted if it presses from one side only, from where a
-    /// hand can lean on an object but not hold it, and if it holds loosely, by its [`HandFitter::closure`].
+    /// Rates a fit, best first: its cost, discounted if it presses from one side only, where a hand
+    /// can lean on an object but not hold it, and if it holds loosely, by `closure`: epsilon over a
+    /// few of its [`HandFitter::contacts`].
     pub fn rating(&self, fitted: &FittedHand, closure: f64) -> f64 {
         let settings = self.settings;
         let discount = settings.imbalance_discount * fitted.imbalance;
@@ -128,87 +125,80 @@ impl<'a> HandFitter<'a> {
         fitted.cost.min(0.0) * share + fitted.cost.max(0.0)
     }
 
-    /// Epsilon of a few of the points that touch and face the object: 0 where forces that push only cannot hold it.
-    ///
-    /// # Errors
-    /// If epsilon cannot be computed.
-    pub fn closure(&self, object: &GraspObject, fitted: &FittedHand) -> Result<f64, GraspError> {
+    /// Returns point and inward unit normal, object frame, of the coarse skin points that touch the
+    /// object and face it.
+    pub fn contacts(&self, sdf: &SdfGrid, fitted: &FittedHand) -> Vec<[Vector3<f64>; 2]> {
         let vertices = self.hand.surface(&fitted.pose).vertices;
-        let sdf = object.simulated.sdf();
         let contact = |number: usize| {
             let p = self.coarse.position(&vertices, number);
             let (distance, gradient) = sdf.distance_and_gradient(p.into());
             let inward = -Vector3::from(gradient);
             let facing = inward.dot(&self.coarse.outward(&vertices, number));
-            (distance < TOUCHING && facing > MIN_FACING).then(|| Contact {
-                point: p.into(),
-                normal: inward,
-            })
+            (distance < TOUCHING && facing > MIN_FACING).then_some([p, inward])
         };
-        let touching = (0..self.coarse.len()).filter_map(contact).collect();
-        epsilon_of_some(touching, FEW, CLOSURE_FRICTION, CLOSURE_EDGES, object)
+        (0..self.coarse.len()).filter_map(contact).collect()
     }
 
-    /// How many starts are to be tried for each grasp.
+    /// Returns how many starts are tried for each grasp.
     pub fn candidates(&self) -> usize {
         self.settings.candidates
     }
 
-    /// How many of them, by the first part of the coarse fit, go through the second.
+    /// Returns how many of them go through the second stage.
     pub fn promising(&self) -> usize {
         self.settings.promising
     }
 
-    /// How many of them are tried at most until one ends shallow enough.
+    /// Returns how many of them are tried at most until one ends shallow enough.
     pub fn finalists(&self) -> usize {
         self.settings.finalists
     }
 
-    /// Whether no sampled skin is much deeper than the projection is to leave it.
+    /// Returns whether no sampled skin is much deeper than the limit.
     pub fn is_shallow(&self, fitted: &FittedHand) -> bool {
-        fitted.deepest <= self.settings.deepest_of(self.is_rigid()) + SLACK
+        fitted.deepest <= self.settings.depths(self.is_soft()).depth_limit + SLACK
     }
 
     /// Brings the hand to the object from a start some way off, with few points of its skin.
     pub fn coarse(&self, sdf: &SdfGrid, start: &HandPose) -> FittedHand {
-        let stages = self.settings.coarse_stages(self.is_rigid());
-        self.run(sdf, &self.coarse, &self.coarse_core, &stages, start)
+        let stages = self.settings.coarse_stages(self.is_soft());
+        self.run(sdf, &self.coarse, &self.coarse_spheres, &stages, start)
     }
 
-    /// The first part of the coarse fit alone.
-    pub fn coarse_from_afar(&self, sdf: &SdfGrid, start: &HandPose) -> FittedHand {
-        let [from_afar, _] = self.settings.coarse_stages(self.is_rigid());
-        self.run(sdf, &self.coarse, &self.coarse_core, &[from_afar], start)
+    /// Runs the stage `approach` alone.
+    pub fn approach(&self, sdf: &SdfGrid, start: &HandPose) -> FittedHand {
+        let [approach, _] = self.settings.coarse_stages(self.is_soft());
+        self.run(sdf, &self.coarse, &self.coarse_spheres, &[approach], start)
     }
 
-    /// The second part of the coarse fit alone.
-    pub fn coarse_close_by(&self, sdf: &SdfGrid, start: &HandPose) -> FittedHand {
-        let [_, close_by] = self.settings.coarse_stages(self.is_rigid());
-        self.run(sdf, &self.coarse, &self.coarse_core, &[close_by], start)
+    /// Runs the stage `contact` alone.
+    pub fn contact(&self, sdf: &SdfGrid, start: &HandPose) -> FittedHand {
+        let [_, contact] = self.settings.coarse_stages(self.is_soft());
+        self.run(sdf, &self.coarse, &self.coarse_spheres, &[contact], start)
     }
 
     /// Fits a hand that touches already.
     pub fn fine(&self, sdf: &SdfGrid, start: &HandPose) -> FittedHand {
-        let stages = self.settings.fine_stages(self.is_rigid());
-        self.run(sdf, &self.fine, &self.fine_core, &stages, start)
+        let stages = self.settings.fine_stages(self.is_soft());
+        self.run(sdf, &self.fine, &self.fine_spheres, &stages, start)
     }
 
     /// Runs the stages one after the other.
     ///
-    /// Within an iteration the cost is fixed and a step is taken only if it lowers it; from one iteration to the
-    /// next the reach shrinks. Joints at a limit that the gradient pushes beyond it are left where they are for
-    /// that step.
-    pub(super) fn run(
+    /// Within an iteration the cost is fixed and a step is taken only if it lowers it; from one
+    /// iteration to the next the reach shrinks. Joints at a limit that the gradient pushes beyond
+    /// it are left where they are for that step.
+    pub(crate) fn run(
         &self,
         field: &dyn DistanceField,
         skin: &SkinSamples,
-        core: &HandCore,
-        stages: &[Stage],
+        spheres: &MedialSpheres,
+        stages: &[CostStage],
         start: &HandPose,
     ) -> FittedHand {
         let hand = self.hand;
-        let farthest = stages.iter().map(Stage::farthest).fold(0.0, f64::max);
-        let mut cost_of = PoseCost::new(hand, field, skin, core, self.settings, farthest);
+        let farthest = stages.iter().map(CostStage::farthest).fold(0.0, f64::max);
+        let mut cost_of = PoseCost::new(hand, field, skin, spheres, self.settings, farthest);
         let mut pose = start.clone();
         if let Some(limits) = hand.limits() {
             clamp_to_limits(&mut pose.articulation, limits);
@@ -253,11 +243,6 @@ impl<'a> HandFitter<'a> {
         }
         fitted(skin, pose, &placement, last / skin.density())
     }
-}
-
-/// Whether a hand has no soft skin.
-fn is_rigid(hand: &dyn Hand) -> bool {
-    !hand.is_soft()
 }
 
 fn fitted(skin: &SkinSamples, pose: HandPose, placement: &Placement, cost: f64) -> FittedHand {
@@ -311,7 +296,7 @@ fn damped_step(
     let joints = step.rows(6, step.len() - 6);
     let excess = (step.fixed_rows::<3>(0).norm() / MAX_TRANSLATION)
         .max(step.fixed_rows::<3>(3).norm() / MAX_ROTATION)
-        .max(joints.iter().fold(0.0, |most: f64, j| most.max(j.abs())) / MAX_JOINT_MOVE);
+        .max(joints.iter().fold(0.0, |most: f64, j| most.max(j.abs())) / MAX_JOINT_STEP);
     excess.is_finite().then(|| step / excess.max(1.0))
 }
 
@@ -332,8 +317,9 @@ fn moved(hand: &dyn Hand, pose: &HandPose, step: &DVector<f64>) -> HandPose {
 /// Fits a hand to an object: the pose, near `start`, in which as much skin as possible lies a fraction of a millimetre
 /// inside the object's surface and none much deeper.
 ///
-/// Levenberg-Marquardt on the base and all joints at once, within the joints' limits, first with few points of the
-/// skin that feel the object from afar, then with many that feel it only close by. `start` may be some way off.
+/// Levenberg-Marquardt on the base and all joints at once, within the joints' limits, first with
+/// few points of the skin that feel the object from afar, then with many that feel it only close
+/// by. `start` may be some way off.
 ///
 /// # Errors
 /// If a setting is out of range or the hand's surface is not closed.
@@ -341,8 +327,8 @@ pub fn fit_hand(
     hand: &dyn Hand,
     sdf: &SdfGrid,
     start: &HandPose,
-    settings: &ConformitySettings,
-) -> Result<FittedHand, GraspError> {
+    settings: &SkinFitSettings,
+) -> Result<FittedHand, FitError> {
     let fitter = HandFitter::new(hand, settings)?;
     let near = fitter.coarse(sdf, start);
     Ok(fitter.fine(sdf, &near.pose))

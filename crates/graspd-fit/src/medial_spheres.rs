@@ -1,14 +1,13 @@
-//! Balls that fill the hand: whatever is in one of them has gone into the hand, on whichever side of a wall its
-//! skin is.
+//! Balls that fill the hand: whatever is in one of them has gone into the hand, on whichever side
+//! of a wall its skin is.
 
 use graspd_geom::{Quaternion, SignedDistance, TriangleMesh, Vec3};
 use graspd_hand::{Hand, HandPose, Limit, PointForces};
 use nalgebra::{Point3, Vector3};
 use rayon::prelude::*;
 
-use super::skin::SkinSamples;
-use crate::GraspError;
-use crate::run::surface_at_rest;
+use crate::FitError;
+use crate::skin::SkinSamples;
 
 /// No ball is larger \[m\]: half the thickness of a finger is enough to notice a wall, and larger balls cost range.
 const MAX_RADIUS: f64 = 0.012;
@@ -20,9 +19,9 @@ const TOLERANCE: f64 = 2e-4;
 const HALVINGS: usize = 12;
 
 /// A hand as solids: open, and bent, if its joints have limits.
-pub(super) struct HandSolids {
-    pub(super) open: TriangleMesh,
-    pub(super) open_distance: SignedDistance,
+pub(crate) struct HandSolids {
+    pub(crate) open: TriangleMesh,
+    pub(crate) open_distance: SignedDistance,
     /// Skin moves inwards where joints bend: a ball has to fit then, too.
     bent: Option<(TriangleMesh, SignedDistance)>,
 }
@@ -30,8 +29,8 @@ pub(super) struct HandSolids {
 impl HandSolids {
     /// # Errors
     /// If the hand's surface is not closed.
-    pub(super) fn new(hand: &dyn Hand) -> Result<Self, GraspError> {
-        let open = surface_at_rest(hand);
+    pub(crate) fn new(hand: &dyn Hand) -> Result<Self, FitError> {
+        let open = hand.surface_at_rest();
         let middle = |limits: &[Limit]| {
             let surface = hand.surface(&HandPose {
                 translation: Vec3::zero(),
@@ -39,7 +38,7 @@ impl HandSolids {
                 articulation: limits.iter().map(Limit::middle).collect(),
             });
             let distance = SignedDistance::new(&surface)?;
-            Ok::<_, GraspError>((surface, distance))
+            Ok::<_, FitError>((surface, distance))
         };
         Ok(Self {
             open_distance: SignedDistance::new(&open)?,
@@ -60,18 +59,19 @@ impl HandSolids {
 /// Balls inside the open hand, each touching its skin from within at a sample of it, which they follow as the hand
 /// moves.
 ///
-/// An object that is nowhere deeper than D in the hand is nowhere nearer than r - D to the centre of a ball of
-/// radius r. In contrast to the depth of the skin in the object, which is never more than half the thickness of a
-/// wall, the lack of this distance tells how far a thin wall has cut into a finger.
+/// An object that is nowhere deeper than D in the hand is nowhere nearer than r - D to the centre
+/// of a ball of radius r. In contrast to the depth of the skin in the object, which is never more
+/// than half the thickness of a wall, the lack of this distance tells how far a thin wall has cut
+/// into a finger.
 #[derive(Clone, Debug)]
-pub(super) struct HandCore {
+pub(crate) struct MedialSpheres {
     skin: SkinSamples,
     radius: Vec<f64>,
 }
 
-impl HandCore {
+impl MedialSpheres {
     /// The largest balls that touch the hand's skin at about `count` points.
-    pub(super) fn new(solids: &HandSolids, count: usize) -> Self {
+    pub(crate) fn new(solids: &HandSolids, count: usize) -> Self {
         let mut skin = SkinSamples::on(&solids.open, &solids.open_distance, count);
         let fitting = (0..skin.len()).into_par_iter().map(|i| {
             let solids = solids.all();
@@ -91,24 +91,24 @@ impl HandCore {
     }
 
     /// How many balls there are.
-    pub(super) fn len(&self) -> usize {
+    pub(crate) fn len(&self) -> usize {
         self.radius.len()
     }
 
     /// The radius of a ball \[m\].
-    pub(super) fn radius(&self, ball: usize) -> f64 {
+    pub(crate) fn radius(&self, ball: usize) -> f64 {
         self.radius[ball]
     }
 
     /// The centre of a ball, of the surface's vertices as posed.
     #[inline]
-    pub(super) fn center(&self, vertices: &[Point3<f64>], ball: usize) -> Vector3<f64> {
+    pub(crate) fn center(&self, vertices: &[Point3<f64>], ball: usize) -> Vector3<f64> {
         let outward = self.skin.outward(vertices, ball);
         self.skin.position(vertices, ball) - outward * self.radius[ball]
     }
 
     /// The movement of a ball's centre along a direction.
-    pub(super) fn pull(
+    pub(crate) fn pull(
         &self,
         vertices: &[Point3<f64>],
         ball: usize,
@@ -155,13 +155,13 @@ mod tests {
         for name in ["allegro", "human"] {
             let hand = builtin_hand(name).expect("it is built in");
             let solids = HandSolids::new(&*hand).unwrap();
-            let core = HandCore::new(&solids, 400);
+            let spheres = MedialSpheres::new(&solids, 400);
             let (surface, solid) = (&solids.open, &solids.open_distance);
-            assert!(core.len() > 100, "{name}: {}", core.len());
+            assert!(spheres.len() > 100, "{name}: {}", spheres.len());
             let mut largest: f64 = 0.0;
-            for ball in 0..core.len() {
-                let radius = core.radius(ball);
-                let center = core.center(&surface.vertices, ball);
+            for ball in 0..spheres.len() {
+                let radius = spheres.radius(ball);
+                let center = spheres.center(&surface.vertices, ball);
                 let depth = -solid.signed_distance(&center.into());
                 assert!(
                     depth >= radius - TOLERANCE - 1e-9,

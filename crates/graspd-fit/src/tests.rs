@@ -8,13 +8,12 @@ use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use std::sync::LazyLock;
 
-use super::core::{HandCore, HandSolids};
-use super::field::{Answer, DistanceField, ExactNearSurface, LookUpScratch, Query};
-use super::linearization::{Placement, PoseCost};
-use super::patches::SkinPatches;
-use super::settings::ConformitySettings;
-use super::skin::SkinSamples;
-use crate::run::surface_at_rest;
+use crate::distance_field::{Answer, DistanceField, ExactNearSurface, LookUpScratch, Query};
+use crate::linearization::{Placement, PoseCost};
+use crate::medial_spheres::{HandSolids, MedialSpheres};
+use crate::patches::SkinPatches;
+use crate::settings::SkinFitSettings;
+use crate::skin::SkinSamples;
 
 /// A mug: thin walls, and inside near outside.
 static MUG: LazyLock<(SignedDistance, SdfGrid)> = LazyLock::new(|| {
@@ -113,7 +112,7 @@ fn nearby(pose: &HandPose, size: f64, random: &mut ChaCha8Rng) -> HandPose {
 
 #[test]
 fn points_out_of_reach_cost_the_same_as_if_they_were_looked_up() {
-    let settings = ConformitySettings::default();
+    let settings = SkinFitSettings::default();
     let (mesh, grid) = &*MUG;
     let exact = ExactNearSurface {
         grid,
@@ -125,11 +124,11 @@ fn points_out_of_reach_cost_the_same_as_if_they_were_looked_up() {
         let hand = builtin_hand(name).expect("it is built in");
         let solids = HandSolids::new(&*hand).unwrap();
         let skin = SkinSamples::on(&solids.open, &solids.open_distance, 500);
-        let core = HandCore::new(&solids, 500);
+        let spheres = MedialSpheres::new(&solids, 500);
         for field in [grid as &dyn DistanceField, &exact] {
-            let stages = settings.fine_stages(false);
+            let stages = settings.fine_stages(true);
             let farthest = stages[0].farthest().max(stages[1].farthest());
-            let mut cost_of = PoseCost::new(&*hand, field, &skin, &core, &settings, farthest);
+            let mut cost_of = PoseCost::new(&*hand, field, &skin, &spheres, &settings, farthest);
             let (mut last, mut now) = (Placement::default(), Placement::default());
             let mut pose = at(&*hand, 0.1, &mut random);
             cost_of.place(&pose, None, &mut last);
@@ -165,8 +164,8 @@ fn pulls_are_what_points_of_skin_and_balls_move_along() {
     for name in ["allegro", "human"] {
         let hand = builtin_hand(name).expect("it is built in");
         let solids = HandSolids::new(&*hand).unwrap();
-        let skin = SkinSamples::on(&surface_at_rest(&*hand), &solids.open_distance, 100);
-        let core = HandCore::new(&solids, 100);
+        let skin = SkinSamples::on(&hand.surface_at_rest(), &solids.open_distance, 100);
+        let spheres = MedialSpheres::new(&solids, 100);
         let pose = at(&*hand, 0.0, &mut random);
         let placed = |pose: &HandPose| {
             let mut posed = PosedHand::default();
@@ -198,10 +197,10 @@ fn pulls_are_what_points_of_skin_and_balls_move_along() {
                 "{name}: {claimed} {change}"
             );
         }
-        for ball in 0..core.len() {
-            let [a, b] = [0, 1].map(|end| core.center(&moved[end].vertices, ball));
+        for ball in 0..spheres.len() {
+            let [a, b] = [0, 1].map(|end| spheres.center(&moved[end].vertices, ball));
             let change = (b - a).dot(&direction) / (2.0 * STEP);
-            let claimed = by_pull(&core.pull(&here.vertices, ball, &direction));
+            let claimed = by_pull(&spheres.pull(&here.vertices, ball, &direction));
             assert!(
                 (claimed - change).abs() < DIFFERENCES,
                 "{name}: {claimed} {change}"
@@ -222,7 +221,7 @@ fn patches_leave_out_no_point_that_is_near() {
     let mut random = ChaCha8Rng::seed_from_u64(11);
     for name in ["allegro", "human"] {
         let hand = builtin_hand(name).expect("it is built in");
-        let surface = surface_at_rest(&*hand);
+        let surface = hand.surface_at_rest();
         let patches = SkinPatches::on(&surface, 4000);
         for distance in [2e-3, 1e-4, -1e-3] {
             let vertices = hand.surface(&at(&*hand, 0.06, &mut random)).vertices;
@@ -244,20 +243,20 @@ fn patches_leave_out_no_point_that_is_near() {
 
 #[test]
 fn denser_points_count_for_less() {
-    let settings = ConformitySettings::default();
+    let settings = SkinFitSettings::default();
     let (_, grid) = &*MUG;
     let hand = builtin_hand("allegro").expect("it is built in");
     let solids = HandSolids::new(&*hand).unwrap();
     let skin = SkinSamples::on(&solids.open, &solids.open_distance, 500);
-    let core = HandCore::new(&solids, 500);
+    let spheres = MedialSpheres::new(&solids, 500);
     let mut random = ChaCha8Rng::seed_from_u64(3);
     let pose = at(&*hand, 0.05, &mut random);
-    let [stage, _] = settings.fine_stages(true);
+    let [stage, _] = settings.fine_stages(false);
     let cost = stage.cost(0);
     // Without the skin, all is so many times as much.
     let rest = |density: f64| {
         let none = skin.only(&[]).with_density(density);
-        let mut cost_of = PoseCost::new(&*hand, grid, &none, &core, &settings, stage.farthest());
+        let mut cost_of = PoseCost::new(&*hand, grid, &none, &spheres, &settings, stage.farthest());
         let mut placement = Placement::default();
         cost_of.place(&pose, None, &mut placement);
         let (matrix, gradient) = cost_of.normal_equations(&pose, &placement, &cost);

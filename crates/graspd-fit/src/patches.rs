@@ -4,8 +4,8 @@ use graspd_geom::TriangleMesh;
 use nalgebra::{Point3, Vector3};
 use rayon::prelude::*;
 
-use super::field::{Answer, DistanceField, LookUpScratch, Query};
-use super::skin::{Place, SkinSamples};
+use crate::distance_field::{Answer, DistanceField, LookUpScratch, Query};
+use crate::skin::{Place, SkinSamples};
 
 /// Points in a patch.
 const MAX_POINTS: usize = 32;
@@ -24,14 +24,14 @@ struct Patch {
 
 /// Points on a surface in patches.
 #[derive(Clone, Debug)]
-pub(super) struct SkinPatches {
+pub(crate) struct SkinPatches {
     skin: SkinSamples,
     patches: Vec<Patch>,
 }
 
 impl SkinPatches {
     /// About `count` points and all vertices: where a hand digs in first.
-    pub(super) fn on(surface: &TriangleMesh, count: usize) -> Self {
+    pub(crate) fn on(surface: &TriangleMesh, count: usize) -> Self {
         let mut skin = SkinSamples::dense_on(surface, count);
         let places = skin.places_mut();
         places.par_sort_by_key(|place| place.corners);
@@ -50,13 +50,13 @@ impl SkinPatches {
     }
 
     /// The area that each point stands for \[m^2\].
-    pub(super) fn area(&self) -> f64 {
+    pub(crate) fn area(&self) -> f64 {
         self.skin.area()
     }
 
-    /// The points that are nearer to the object than this, of a hand with these vertices; by a field whose
-    /// distances are off by up to `off` \[m\].
-    pub(super) fn nearer_than(
+    /// The points that are nearer to the object than this, of a hand with these vertices; by a
+    /// field whose distances are off by up to `off` \[m\].
+    pub(crate) fn nearer_than(
         &self,
         distance: f64,
         (field, off): (&dyn DistanceField, f64),

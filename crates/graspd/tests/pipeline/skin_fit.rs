@@ -2,10 +2,14 @@
 
 use graspd::Validate;
 use graspd::{
-    ConformitySettings, ExecutionSettings, GraspObject, HandFitter, NamedMesh, RunSettings,
-    SkinSamples, SynthesisSettings, draw_start, fit_hand, synthesize_grasps,
+    ExecutionSettings, GraspObject, NamedMesh, RunSettings, SynthesisSettings, draw_start,
+    synthesize_grasps,
 };
-use graspd_eval::{EvaluationSettings, interpenetration_volume_cm3};
+use graspd_eval::{
+    Contact, EpsilonSettings, EvaluationSettings, FingerModel, ferrari_canny,
+    interpenetration_volume_cm3,
+};
+use graspd_fit::{DepthSettings, FitStage, HandFitter, SkinFitSettings, SkinSamples, fit_hand};
 use graspd_geom::SignedDistance;
 use graspd_hand::{Hand, HandPose, SkinnedHandOptions, human};
 
@@ -15,15 +19,32 @@ use crate::fixtures::{CAN, HAND};
 /// A closure at which nothing is discounted.
 const FIRM: f64 = 1.0;
 
-fn quick() -> ConformitySettings {
-    ConformitySettings {
+fn quick() -> SkinFitSettings {
+    let default = SkinFitSettings::default();
+    SkinFitSettings {
         candidates: 2,
         coarse_samples: 300,
         fine_samples: 600,
-        core_samples: [300, 700],
-        dense_samples: [20_000, 20_000],
-        densest_samples: [20_000, 40_000],
-        ..ConformitySettings::default()
+        coarse_medial_spheres: 300,
+        fine_medial_spheres: 700,
+        soft: DepthSettings {
+            projection_samples: 20_000,
+            check_samples: 20_000,
+            ..default.soft
+        },
+        rigid: DepthSettings {
+            projection_samples: 20_000,
+            check_samples: 40_000,
+            ..default.rigid
+        },
+        ..default
+    }
+}
+
+fn with_iterations(stage: &FitStage, iterations: usize) -> FitStage {
+    FitStage {
+        iterations,
+        ..stage.clone()
     }
 }
 
@@ -83,8 +104,9 @@ fn a_deep_hand_is_pushed_out() {
     let mut deep = touching;
     deep.translation += inwards.normalize_or_zero() * 4e-3;
     // No iterations: only looked at.
-    let idle = ConformitySettings {
-        fine_iterations: [0, 0],
+    let idle = SkinFitSettings {
+        draw_in: with_iterations(&settings.draw_in, 0),
+        push_out: with_iterations(&settings.push_out, 0),
         ..settings.clone()
     };
     let before = HandFitter::new(&*HAND, &idle).unwrap().fine(sdf, &deep);
@@ -99,9 +121,9 @@ fn the_projection_bounds_the_depth_and_keeps_the_contact() {
     let settings = quick();
     let fitter = HandFitter::new(&*HAND, &settings).unwrap();
     let sdf = CAN.simulated.sdf();
-    let idle = ConformitySettings {
-        projection_iterations: 0,
-        retreat_iterations: 0,
+    let idle = SkinFitSettings {
+        projection: with_iterations(&settings.projection, 0),
+        depenetration_iterations: 0,
         ..settings.clone()
     };
     let idle = HandFitter::new(&*HAND, &idle).unwrap();
@@ -126,15 +148,15 @@ fn the_projection_bounds_the_depth_and_keeps_the_contact() {
     let can = GraspObject::prepare(source, 96, 1000.0, &|_| {}).unwrap();
     let sdf = can.simulated.sdf();
     // And so has the fit to be: from 3 mm deep no hand comes back with its contact.
-    let settings = ConformitySettings {
+    let settings = SkinFitSettings {
         fine_samples: 3000,
-        core_samples: [300, 3000],
+        fine_medial_spheres: 3000,
         ..settings
     };
     let fitter = HandFitter::new(&*HAND, &settings).unwrap();
-    let idle = ConformitySettings {
-        projection_iterations: 0,
-        retreat_iterations: 0,
+    let idle = SkinFitSettings {
+        projection: with_iterations(&settings.projection, 0),
+        depenetration_iterations: 0,
         ..settings.clone()
     };
     let idle = HandFitter::new(&*HAND, &idle).unwrap();
@@ -154,12 +176,18 @@ fn walls_do_not_cut_into_fingers() {
     let source = NamedMesh::load("bowl", 1.0).unwrap();
     let bowl = GraspObject::prepare(source, 64, 1000.0, &|_| {}).unwrap();
     let judge = SignedDistance::new(&bowl.source.mesh).unwrap();
-    // How much of the object is inside the hand, with and without the core's balls [cm^3].
-    let volume = |core_weights| {
-        let settings = ConformitySettings {
-            core_weights,
-            ..quick()
-        };
+    // How much of the object is inside the hand, with and without the medial spheres [cm^3].
+    let volume = |factor: f64| {
+        let mut settings = quick();
+        for stage in [
+            &mut settings.approach,
+            &mut settings.contact,
+            &mut settings.draw_in,
+            &mut settings.push_out,
+            &mut settings.projection,
+        ] {
+            stage.medial_weight *= factor;
+        }
         let fitter = HandFitter::new(&*HAND, &settings).unwrap();
         let sdf = bowl.simulated.sdf();
         let volumes = (0..2).map(|index| {
@@ -170,7 +198,7 @@ fn walls_do_not_cut_into_fingers() {
         });
         volumes.sum::<f64>()
     };
-    let (without, with) = (volume([0.0; 4]), volume(quick().core_weights));
+    let (without, with) = (volume(0.0), volume(1.0));
     assert!(with < 0.5 * without, "{with} {without}");
 }
 
@@ -191,7 +219,7 @@ fn a_hand_out_of_reach_stays_where_it_is() {
     let mut far = start(&*HAND, 0);
     far.translation.x += 50.0;
     // No preference of posture either.
-    let settings = ConformitySettings {
+    let settings = SkinFitSettings {
         posture_weight: 0.0,
         ..quick()
     };
@@ -210,7 +238,23 @@ fn a_hand_that_closes_its_grasp_is_rated_above_one_that_leans() {
     let settings = quick();
     let fitter = HandFitter::new(&*HAND, &settings).unwrap();
     let sdf = CAN.simulated.sdf();
-    let closure = |fitted| fitter.closure(&CAN, fitted).unwrap();
+    let closure = |fitted| {
+        let contacts = fitter.contacts(sdf, fitted).into_iter().step_by(8);
+        let contacts: Vec<_> = contacts
+            .map(|[point, normal]| Contact {
+                point: point.into(),
+                normal,
+            })
+            .collect();
+        if contacts.is_empty() {
+            return 0.0;
+        }
+        let center = CAN.simulated.center_of_mass().into();
+        let wrenches = FingerModel::hard(0.8, 6).wrenches(&contacts, center, 0.1);
+        ferrari_canny(&wrenches, &EpsilonSettings::sum())
+            .unwrap()
+            .value
+    };
     let fitted: Vec<_> = (0..8)
         .map(|index| fitter.coarse(sdf, &start(&*HAND, index)))
         .collect();
@@ -242,139 +286,157 @@ fn samples_are_spread_over_the_outer_surface() {
 
 #[test]
 fn settings_out_of_range_are_named() {
-    let default = ConformitySettings::default();
+    let default = SkinFitSettings::default();
     default.validate().unwrap();
     let wrong = [
         (
             "candidates",
-            ConformitySettings {
+            SkinFitSettings {
                 candidates: 0,
                 ..default.clone()
             },
         ),
         (
             "coarse_samples",
-            ConformitySettings {
+            SkinFitSettings {
                 coarse_samples: 0,
                 ..default.clone()
             },
         ),
         (
             "fine_samples",
-            ConformitySettings {
+            SkinFitSettings {
                 fine_samples: 1 << 30,
                 ..default.clone()
             },
         ),
         (
-            "reach",
-            ConformitySettings {
-                reach: [1.0, 0.0, 1.0, 1.0, 1.0],
+            "approach.end_reach",
+            SkinFitSettings {
+                approach: FitStage {
+                    end_reach: 0.0,
+                    ..default.approach.clone()
+                },
                 ..default.clone()
             },
         ),
         (
-            "conformity.depth",
-            ConformitySettings {
-                depth: -1.0,
+            "skin_fit.target_depth",
+            SkinFitSettings {
+                target_depth: -1.0,
                 ..default.clone()
             },
         ),
         (
-            "most_depth",
-            ConformitySettings {
-                most_depth: 0.0,
+            "soft.max_depth",
+            SkinFitSettings {
+                soft: DepthSettings {
+                    max_depth: 0.0,
+                    ..default.soft.clone()
+                },
                 ..default.clone()
             },
         ),
         (
-            "rigid_most_depth",
-            ConformitySettings {
-                rigid_most_depth: f64::NAN,
+            "rigid.max_depth",
+            SkinFitSettings {
+                rigid: DepthSettings {
+                    max_depth: f64::NAN,
+                    ..default.rigid.clone()
+                },
                 ..default.clone()
             },
         ),
         (
             "depth_scale",
-            ConformitySettings {
+            SkinFitSettings {
                 depth_scale: 0.0,
                 ..default.clone()
             },
         ),
         (
-            "deep_weights",
-            ConformitySettings {
-                deep_weights: [-1.0; 4],
+            "contact.depth_weight",
+            SkinFitSettings {
+                contact: FitStage {
+                    depth_weight: -1.0,
+                    ..default.contact.clone()
+                },
                 ..default.clone()
             },
         ),
         (
-            "core_weights",
-            ConformitySettings {
-                core_weights: [f64::NAN; 4],
+            "projection.medial_weight",
+            SkinFitSettings {
+                projection: FitStage {
+                    medial_weight: f64::NAN,
+                    ..default.projection.clone()
+                },
                 ..default.clone()
             },
         ),
         (
-            "core_samples",
-            ConformitySettings {
-                core_samples: [800, 0],
+            "fine_medial_spheres",
+            SkinFitSettings {
+                fine_medial_spheres: 0,
                 ..default.clone()
             },
         ),
         (
-            "rigid_deepest",
-            ConformitySettings {
-                rigid_deepest: 1e-4,
+            "rigid.depth_limit",
+            SkinFitSettings {
+                rigid: DepthSettings {
+                    depth_limit: 1e-4,
+                    ..default.rigid.clone()
+                },
                 ..default.clone()
             },
         ),
         (
             "imbalance_discount",
-            ConformitySettings {
+            SkinFitSettings {
                 imbalance_discount: 1.5,
                 ..default.clone()
             },
         ),
         (
             "finalists",
-            ConformitySettings {
+            SkinFitSettings {
                 finalists: 0,
                 ..default.clone()
             },
         ),
         (
             "closure_discount",
-            ConformitySettings {
+            SkinFitSettings {
                 closure_discount: 1.1,
                 ..default.clone()
             },
         ),
         (
             "firm_closure",
-            ConformitySettings {
+            SkinFitSettings {
                 firm_closure: 0.0,
                 ..default.clone()
             },
         ),
         (
             "posture_weight",
-            ConformitySettings {
+            SkinFitSettings {
                 posture_weight: -1.0,
                 ..default.clone()
             },
         ),
         (
             "intersection_weight",
-            ConformitySettings {
+            SkinFitSettings {
                 intersection_weight: f64::INFINITY,
                 ..default
             },
         ),
     ];
-    for (field, conformity) in wrong {
+    for (field, skin_fit) in wrong {
         let settings = SynthesisSettings {
-            conformity: Some(conformity),
+            skin_fit: Some(skin_fit),
             ..SynthesisSettings::default()
         };
         let fault = settings.validate().unwrap_err().to_string();
@@ -385,10 +447,10 @@ fn settings_out_of_range_are_named() {
 #[test]
 fn grasps_of_the_default_preset_do_not_depend_on_threads() {
     let settings = |projection_iterations| SynthesisSettings {
-        conformity: Some(ConformitySettings {
+        skin_fit: Some(SkinFitSettings {
             candidates: 4,
-            projection_iterations,
-            retreat_iterations: projection_iterations,
+            projection: with_iterations(&quick().projection, projection_iterations),
+            depenetration_iterations: projection_iterations,
             ..quick()
         }),
         ..SynthesisSettings::default().with_steps(50)

@@ -10,7 +10,7 @@ const BASE: usize = 6;
 /// the articulation.
 ///
 /// By plain loops in a fixed order: a library's product may round otherwise on another processor.
-pub(super) struct NormalMatrix {
+pub(crate) struct NormalEquations {
     /// The identity for the base, and B, with z = z_0 + B articulation; `None` where z is the articulation.
     basis: Option<SparseColumns>,
     size: usize,
@@ -25,9 +25,9 @@ pub(super) struct NormalMatrix {
 /// The entries of each column that are not 0, and their rows.
 type SparseColumns = Vec<Vec<(usize, f64)>>;
 
-impl NormalMatrix {
+impl NormalEquations {
     /// `basis`: that of the hand's rows.
-    pub(super) fn new(basis: Option<DMatrix<f64>>, joints: usize) -> Self {
+    pub(crate) fn new(basis: Option<DMatrix<f64>>, joints: usize) -> Self {
         let coordinates = basis.as_ref().map_or(joints, DMatrix::nrows);
         let size = BASE + coordinates;
         let sparse = |basis: DMatrix<f64>| {
@@ -50,14 +50,14 @@ impl NormalMatrix {
         }
     }
 
-    pub(super) fn clear(&mut self) {
+    pub(crate) fn clear(&mut self) {
         self.matrix.fill(0.0);
         self.vector.fill(0.0);
     }
 
     /// Adds `weight` r r^T to the matrix and `slope` r to the vector.
     #[inline]
-    pub(super) fn add(&mut self, row: &JacobianRow<'_>, slope: f64, weight: f64) {
+    pub(crate) fn add(&mut self, row: &JacobianRow<'_>, slope: f64, weight: f64) {
         self.columns.clear();
         self.values.clear();
         self.columns.extend(0..BASE);
@@ -78,7 +78,7 @@ impl NormalMatrix {
     }
 
     /// The symmetric matrix and the vector by the base and the articulation.
-    pub(super) fn finish(&mut self) -> (DMatrix<f64>, DVector<f64>) {
+    pub(crate) fn finish(&mut self) -> (DMatrix<f64>, DVector<f64>) {
         let size = self.size;
         for column in 0..size {
             for row in 0..column {
@@ -146,7 +146,7 @@ mod tests {
             if let Some(basis) = &basis {
                 whole.view_mut((BASE, BASE), (7, 3)).copy_from(basis);
             }
-            let mut sums = NormalMatrix::new(basis, joints);
+            let mut sums = NormalEquations::new(basis, joints);
             // What was there before must not count.
             sums.matrix.fill(9.0);
             sums.vector.fill(9.0);

@@ -7,36 +7,36 @@ use nalgebra::Vector3;
 
 /// No distance changes by more than this many times the way that a point moves: along each axis that of a grid changes
 /// by no more than the distances at its nodes.
-pub(super) const STEEPEST: f64 = 1.75;
+pub(crate) const STEEPEST: f64 = 1.75;
 /// Bounds on exact distances are widened by this share, for their rounding.
 const ROUNDING: f64 = 1e-9;
 
 /// A point whose distance is asked for.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Query {
-    pub(super) at: Vector3<f64>,
+pub(crate) struct Query {
+    pub(crate) at: Vector3<f64>,
     /// Where it was before, and its distance there \[m\], from the same field.
-    pub(super) seen: Option<(Vector3<f64>, f64)>,
+    pub(crate) seen: Option<(Vector3<f64>, f64)>,
 }
 
 /// What is known of the object at a point.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Answer {
+pub(crate) struct Answer {
     /// Signed distance \[m\].
-    pub(super) distance: f64,
+    pub(crate) distance: f64,
     /// The object's outward unit normal, 0 where there is none.
-    pub(super) normal: Vector3<f64>,
+    pub(crate) normal: Vector3<f64>,
 }
 
 /// The signed distance to an object.
-pub(super) trait DistanceField {
+pub(crate) trait DistanceField {
     /// Answers all queries, in their order.
     fn look_up(&self, queries: &[Query], scratch: &mut LookUpScratch, answers: &mut Vec<Answer>);
 }
 
 /// Working memory of a look-up: points, what rounding has left of them, distances and normals.
 #[derive(Default)]
-pub(super) struct LookUpScratch {
+pub(crate) struct LookUpScratch {
     points: PointBuffer<f32>,
     rest: PointBuffer<f32>,
     normals: PointBuffer<f32>,
@@ -116,11 +116,11 @@ fn load<L: Real<Element = f32>>(points: &PointBuffer<f32>, first: usize) -> Vec3
 }
 
 /// The grid, and near the surface, where cells are too coarse for edges, the mesh itself.
-pub(super) struct ExactNearSurface<'a> {
-    pub(super) grid: &'a SdfGrid,
-    pub(super) mesh: &'a SignedDistance,
+pub(crate) struct ExactNearSurface<'a> {
+    pub(crate) grid: &'a SdfGrid,
+    pub(crate) mesh: &'a SignedDistance,
     /// From this distance on the grid will do \[m\].
-    pub(super) band: f64,
+    pub(crate) band: f64,
 }
 
 impl ExactNearSurface<'_> {
