@@ -19,15 +19,11 @@ const LEFT: &[(&str, &str)] = &[
     ("graspd", "approach -> execution"),
     ("graspd", "attempt -> run"),
     ("graspd", "error -> record"),
-    ("graspd-ad", "lanes -> real"),
     ("graspd-ad", "tape -> var"),
     ("graspd-eval", "displacement::engine -> displacement::world"),
     ("graspd-eval", "hull::frame -> hull::polytope"),
     ("graspd-geom", "distance::search -> distance::tree"),
     ("graspd-geom", "poisson::octree -> poisson::samples"),
-    ("graspd-hand", "articulated -> body_points"),
-    ("graspd-hand", "jacobian_rows -> scratch"),
-    ("graspd-hand", "mano::hand -> mano::jacobian"),
     ("graspd-opt", "adam -> optimizer"),
 ];
 

@@ -201,7 +201,9 @@ mod tests {
                 prop_assert_eq!((cost, slope(distance, facing)), (best, 0.0));
             }
             if facing == 0.0 {
-                prop_assert_eq!(cost, COST.deep_factor * distance.min(0.0).powi(2) + COST.limit_factor * (distance + COST.limit_depth).min(0.0).powi(2));
+                let deep = COST.deep_factor * distance.min(0.0).powi(2);
+                let beyond = (distance + COST.limit_depth).min(0.0);
+                prop_assert_eq!(cost, deep + COST.limit_factor * beyond.powi(2));
             }
         }
     }
