@@ -5,13 +5,13 @@ use graspd_hand::{Hand, HandPose, clamp_to_limits};
 use graspd_settings::Validate;
 use nalgebra::{DMatrix, DVector, Vector3};
 
-use crate::FitError;
 use crate::distance_field::DistanceField;
 use crate::linearization::{Placement, PoseCost, TOUCHING};
 use crate::medial_spheres::{HandSolids, MedialSpheres};
 use crate::patches::SkinPatches;
 use crate::settings::{CostStage, SkinFitSettings};
 use crate::skin::SkinSamples;
+use crate::{FitError, cholesky};
 
 /// Depths up to this much beyond those asked for will do \[m\].
 const SLACK: f64 = 3e-4;
@@ -292,7 +292,7 @@ fn damped_step(
             right[k] = 0.0;
         }
     }
-    let step = damped.cholesky()?.solve(&right);
+    let step = cholesky::solve(damped, right)?;
     let joints = step.rows(6, step.len() - 6);
     let excess = (step.fixed_rows::<3>(0).norm() / MAX_TRANSLATION)
         .max(step.fixed_rows::<3>(3).norm() / MAX_ROTATION)

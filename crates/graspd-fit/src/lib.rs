@@ -10,10 +10,11 @@
 //! | cost of a skin point and of a medial sphere | `cost` |
 //! | skin points, medial spheres, dense patches | `skin`, `medial_spheres`, `patches` |
 //! | distances of many points at once | `distance_field` |
-//! | cost of a pose, rows of the Jacobian, normal equations | `linearization`, `normal_equations` |
+//! | cost of a pose, rows of the Jacobian, normal equations | `linearization`, `normal_equations`, `cholesky` |
 //! | Levenberg-Marquardt within joint limits | `fit` |
 //! | depth projection, depenetration | `depth_projection` |
 
+mod cholesky;
 mod cost;
 mod depth_projection;
 mod distance_field;
