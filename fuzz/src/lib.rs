@@ -1,6 +1,6 @@
 //! What must hold of whatever comes out of a reader; shared by the fuzz targets.
 
-use graspd_geom::parse_mesh;
+use graspd_mesh::parse_mesh;
 use graspd_hand::{HandError, SkinnedHand, SkinnedHandOptions, parse_skinned_model};
 
 /// Longer messages do not fit the one line that a user is promised.

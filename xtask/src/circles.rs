@@ -23,7 +23,7 @@ const LEFT: &[(&str, &str)] = &[
     ("graspd-eval", "displacement::engine -> displacement::world"),
     ("graspd-eval", "hull::frame -> hull::polytope"),
     ("graspd-geom", "distance::search -> distance::tree"),
-    ("graspd-geom", "poisson::octree -> poisson::samples"),
+    ("graspd-scan", "poisson::octree -> poisson::samples"),
     ("graspd-opt", "adam -> optimizer"),
 ];
 

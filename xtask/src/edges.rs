@@ -28,8 +28,16 @@ const LAYERS: &[(&str, Allowed)] = &[
         Allowed::Workspace(&["graspd-ad", "graspd-settings"]),
     ),
     (
+        "graspd-mesh",
+        Allowed::Workspace(&["graspd-settings", "graspd-geom"]),
+    ),
+    (
+        "graspd-scan",
+        Allowed::Workspace(&["graspd-ad", "graspd-settings", "graspd-geom", "graspd-mesh"]),
+    ),
+    (
         "graspd-hand",
-        Allowed::Workspace(&["graspd-ad", "graspd-settings", "graspd-geom"]),
+        Allowed::Workspace(&["graspd-ad", "graspd-settings", "graspd-geom", "graspd-mesh"]),
     ),
     // The judge shares no contact code with the judged.
     (
@@ -54,6 +62,8 @@ const LAYERS: &[(&str, Allowed)] = &[
             "graspd-ad",
             "graspd-settings",
             "graspd-geom",
+            "graspd-mesh",
+            "graspd-scan",
             "graspd-hand",
             "graspd-sim",
             "graspd-opt",

@@ -4,7 +4,8 @@ use graspd_eval::{
     EvaluationSettings, Metrics, ObjectUnderTest, SelfPenetration, evaluate,
     interpenetration_volume_cm3,
 };
-use graspd_geom::{SignedDistance, load_mesh};
+use graspd_geom::SignedDistance;
+use graspd_mesh::load_mesh;
 
 const REPETITIONS: usize = 20;
 

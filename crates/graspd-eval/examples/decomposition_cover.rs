@@ -4,7 +4,8 @@
 //! outside of it where the mesh is that far away (is a piece in the way?), thousands of each.
 
 use graspd_eval::ObjectUnderTest;
-use graspd_geom::{builtin_object, load_mesh, sample_evenly, signed_volume};
+use graspd_geom::{sample_evenly, signed_volume};
+use graspd_mesh::{builtin_object, load_mesh};
 
 /// Distances from the surface \[m\].
 const OUTSIDE: [f64; 4] = [0.25e-3, 0.5e-3, 1e-3, 2e-3];

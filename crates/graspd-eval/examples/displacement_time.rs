@@ -2,7 +2,8 @@
 
 use graspd_eval::{DisplacementSettings, FixedHand, ObjectUnderTest, PhysicsEngine, ShakeSettings};
 use graspd_eval::{shake, simulate, simulate_six_directions};
-use graspd_geom::{DiskCache, load_mesh};
+use graspd_geom::DiskCache;
+use graspd_mesh::load_mesh;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let engine = PhysicsEngine::default();

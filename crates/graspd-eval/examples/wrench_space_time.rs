@@ -4,7 +4,7 @@ use graspd_eval::{
     EpsilonSettings, EvaluationSettings, FingerModel, HullVolume, ObjectUnderTest, VolumeMethod,
     ferrari_canny, hull_volume,
 };
-use graspd_geom::load_mesh;
+use graspd_mesh::load_mesh;
 
 const REPETITIONS: usize = 5;
 

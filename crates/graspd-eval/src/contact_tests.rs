@@ -242,7 +242,7 @@ fn voxels_by_definition(
 
 #[test]
 fn voxels_are_those_of_a_look_at_every_voxel() {
-    let mug = graspd_geom::builtin_object("mug").unwrap();
+    let mug = graspd_mesh::builtin_object("mug").unwrap();
     let (low, high) = mug.bounds().unwrap();
     // A finger across the mug's wall, and two overlapping ones that reach into its cavity.
     let side = Point3::new(low.x, 0.5 * (low.y + high.y), 0.5 * (low.z + high.z));

@@ -1,7 +1,8 @@
 //! What is left out or known already when a hand is placed again, against looking everything up anew.
 
-use graspd_geom::{SdfGrid, SdfSampling, SignedDistance, Vec3, builtin_object};
+use graspd_geom::{SdfGrid, SdfSampling, SignedDistance, Vec3};
 use graspd_hand::{Hand, HandPoint, HandPose, PointForces, PosedHand, builtin_hand};
+use graspd_mesh::builtin_object;
 use nalgebra::Vector3;
 use proptest::prelude::*;
 use rand::{Rng, SeedableRng};

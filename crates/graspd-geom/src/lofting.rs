@@ -7,7 +7,7 @@ use nalgebra::Point3;
 use crate::TriangleMesh;
 
 /// Vertices of a closed curve in order, or a single vertex where a surface closes.
-pub(crate) type Ring = Vec<u32>;
+pub type Ring = Vec<u32>;
 
 /// The fewest and the most vertices of a ring that is not a single point.
 const RING_LEN: [usize; 2] = [6, 2048];
@@ -16,7 +16,7 @@ const RING_LEN: [usize; 2] = [6, 2048];
 const MAX_PIECES: usize = 2048;
 
 /// How many pieces of at most `edge` a length has; at least 1.
-pub(crate) fn pieces(length: f64, edge: f64) -> usize {
+pub fn pieces(length: f64, edge: f64) -> usize {
     // A float-to-integer cast saturates, and turns NaN into 0.
     ((length / edge).ceil() as usize).clamp(1, MAX_PIECES)
 }
@@ -26,13 +26,14 @@ pub(crate) fn pieces(length: f64, edge: f64) -> usize {
 /// A band between two rings faces outward if both run counter-clockwise as seen by someone who looks back from the
 /// second to the first. Rings match at their first vertices.
 #[derive(Default)]
-pub(crate) struct Loft {
-    pub(crate) mesh: TriangleMesh,
+pub struct Loft {
+    /// The mesh so far.
+    pub mesh: TriangleMesh,
 }
 
 impl Loft {
     /// Adds vertices.
-    pub(crate) fn ring(&mut self, points: impl IntoIterator<Item = Point3<f64>>) -> Ring {
+    pub fn ring(&mut self, points: impl IntoIterator<Item = Point3<f64>>) -> Ring {
         let first = self.mesh.vertices.len() as u32;
         self.mesh.vertices.extend(points);
         (first..self.mesh.vertices.len() as u32).collect()
@@ -40,7 +41,7 @@ impl Loft {
 
     /// Adds vertices of a closed curve (parameter 0 to 1), evenly spaced along it and at most about `edge` apart; a
     /// single vertex if the curve is a point.
-    pub(crate) fn curve(&mut self, curve: impl Fn(f64) -> Point3<f64>, edge: f64) -> Ring {
+    pub fn curve(&mut self, curve: impl Fn(f64) -> Point3<f64>, edge: f64) -> Ring {
         const STEPS: usize = 256;
         let parameter = |step: usize| step as f64 / STEPS as f64;
         let mut length_to = vec![0.0];
@@ -62,7 +63,7 @@ impl Loft {
     }
 
     /// Joins two rings, whose lengths may differ.
-    pub(crate) fn band(&mut self, lower: &Ring, upper: &Ring) {
+    pub fn band(&mut self, lower: &Ring, upper: &Ring) {
         let at = |ring: &Ring, i: usize| ring[i % ring.len()];
         let (mut i, mut j) = (0, 0);
         let lower_steps = if lower.len() == 1 { 0 } else { lower.len() };
@@ -83,7 +84,7 @@ impl Loft {
     }
 
     /// Joins two rings of equal length, but for the quadrilaterals that start at the vertices in `gap`.
-    pub(crate) fn band_with_gap(&mut self, lower: &Ring, upper: &Ring, gap: Range<usize>) {
+    pub fn band_with_gap(&mut self, lower: &Ring, upper: &Ring, gap: Range<usize>) {
         let len = lower.len();
         for i in (0..len).filter(|i| !gap.contains(i)) {
             let next = (i + 1) % len;
@@ -93,7 +94,7 @@ impl Loft {
     }
 
     /// Continues from `ring` through `count` closed curves `curve(k, turn)`; gives the last one.
-    pub(crate) fn extend(
+    pub fn extend(
         &mut self,
         mut ring: Ring,
         count: usize,
@@ -110,7 +111,7 @@ impl Loft {
 }
 
 /// A polyline with further points inserted so that none of its pieces is longer than `edge`.
-pub(crate) fn refined(polyline: &[[f64; 2]], edge: f64) -> Vec<[f64; 2]> {
+pub fn refined(polyline: &[[f64; 2]], edge: f64) -> Vec<[f64; 2]> {
     let mut refined = Vec::new();
     for pair in polyline.windows(2) {
         let [from, to] = [pair[0], pair[1]];
@@ -127,7 +128,7 @@ pub(crate) fn refined(polyline: &[[f64; 2]], edge: f64) -> Vec<[f64; 2]> {
 /// The surface that a profile of points (radius, z) sweeps around the z axis.
 ///
 /// The profile starts and ends on the axis and has the outside on its right, so it runs upward along an outer wall.
-pub(crate) fn revolved(profile: &[[f64; 2]], edge: f64) -> TriangleMesh {
+pub fn revolved(profile: &[[f64; 2]], edge: f64) -> TriangleMesh {
     let stations = refined(profile, edge);
     let mut loft = Loft::default();
     let circle = |k: usize, turn: f64| on_circle(stations[k], turn);
@@ -142,14 +143,14 @@ pub(crate) fn revolved(profile: &[[f64; 2]], edge: f64) -> TriangleMesh {
 }
 
 /// The point of a profile (radius, z) after a share of a turn about the z axis.
-pub(crate) fn on_circle([radius, z]: [f64; 2], turn: f64) -> Point3<f64> {
+pub fn on_circle([radius, z]: [f64; 2], turn: f64) -> Point3<f64> {
     let (sine, cosine) = (std::f64::consts::TAU * turn).sin_cos();
     Point3::new(radius * cosine, radius * sine, z)
 }
 
 /// Points on the arc of a circle about `center` from one angle to another \[rad\], both ends included, at most `edge`
 /// apart.
-pub(crate) fn arc(center: [f64; 2], radius: f64, angles: [f64; 2], edge: f64) -> Vec<[f64; 2]> {
+pub fn arc(center: [f64; 2], radius: f64, angles: [f64; 2], edge: f64) -> Vec<[f64; 2]> {
     // Never fewer than a piece every 30 degrees.
     let sweep = angles[1] - angles[0];
     let count = pieces(radius * sweep.abs(), edge).max((sweep.abs() / 0.53).ceil() as usize);

@@ -75,7 +75,7 @@ pub fn signed_volume(mesh: &TriangleMesh) -> f64 {
 }
 
 /// Whether a volume is positive and more than rounding: 1e-9 of the cube of the surface's own size.
-pub(crate) fn encloses_volume(volume: f64, mesh: &TriangleMesh) -> bool {
+pub fn encloses_volume(volume: f64, mesh: &TriangleMesh) -> bool {
     let area = mesh.area();
     volume > 1e-9 * area * area.sqrt()
 }
@@ -94,7 +94,7 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
-    use crate::{box_mesh, builtin_object, flipped, sphere_mesh};
+    use crate::{box_mesh, capsule_mesh, flipped, sphere_mesh};
 
     /// Sums over a few thousand faces of a unit-sized mesh.
     const ROUNDING: f64 = 1e-12;
@@ -163,7 +163,8 @@ mod tests {
             rotation in prop::array::uniform3(-3.0_f64..3.0),
             translation in prop::array::uniform3(-10.0_f64..10.0),
         ) {
-            let mesh = builtin_object("drill").unwrap();
+            let mut mesh = capsule_mesh(0.02, 0.1, 0.005);
+            mesh.append(&box_mesh(Vector3::new(0.1, 0.05, 0.03), 0.01));
             let motion = Isometry3::from_parts(
                 Vector3::from(translation).into(),
                 UnitQuaternion::from_scaled_axis(Vector3::from(rotation)),

@@ -188,7 +188,11 @@ fn closed_walks(edges: &[[u32; 2]]) -> Vec<Vec<u32>> {
     walks
 }
 
-pub(crate) fn boundary_loop(loop_vertices: Vec<u32>, vertices: &[Point3<f64>]) -> BoundaryLoop {
+/// Measures a boundary loop given by its vertices in order.
+///
+/// # Panics
+/// If the loop is empty or has a vertex that does not exist.
+pub fn boundary_loop(loop_vertices: Vec<u32>, vertices: &[Point3<f64>]) -> BoundaryLoop {
     const MAX_COMPARED: usize = 1000;
     let points: Vec<_> = (loop_vertices.iter())
         .map(|&index| vertices[index as usize])

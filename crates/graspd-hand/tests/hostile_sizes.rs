@@ -5,8 +5,8 @@
 use std::alloc::System;
 use std::path::PathBuf;
 
-use graspd_geom::parse_mesh;
 use graspd_hand::parse_skinned_model;
+use graspd_mesh::parse_mesh;
 use stats_alloc::{INSTRUMENTED_SYSTEM, Region, StatsAlloc};
 
 #[global_allocator]

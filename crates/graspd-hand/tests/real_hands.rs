@@ -1,10 +1,11 @@
 //! Hands that exist: the built-in Allegro against its maker's files, and URDF files of several makers.
 
-use graspd_geom::{Quaternion, Rigid, SignedDistance, TriangleTree, Vec3, load_mesh, shared_file};
+use graspd_geom::{Quaternion, Rigid, SignedDistance, TriangleTree, Vec3, shared_file};
 use graspd_hand::{
     ArticulatedHand, Hand, HandOptions, HandPose, Kinematics, PointBuffer, PosedHand, UrdfOptions,
     allegro, load_urdf,
 };
+use graspd_mesh::load_mesh;
 use nalgebra::{Isometry3, Point3, Vector3};
 use proptest::prelude::*;
 use rand::SeedableRng;

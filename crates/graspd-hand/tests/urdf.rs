@@ -2,8 +2,9 @@
 
 mod toy;
 
-use graspd_geom::{Quaternion, Vec3, box_mesh, save_obj, save_stl};
+use graspd_geom::{Quaternion, Vec3, box_mesh};
 use graspd_hand::{Hand, HandError, HandPose, Limit, LoadOptions, load_hand_from, load_urdf};
+use graspd_mesh::{save_obj, save_stl};
 use nalgebra::Vector3;
 use std::path::Path;
 use toy::{LIMIT, joint, load_text, robot, small_options};

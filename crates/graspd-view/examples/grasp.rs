@@ -3,8 +3,9 @@
 
 use std::error::Error;
 
-use graspd_geom::{Quaternion, Vec3, load_mesh};
+use graspd_geom::{Quaternion, Vec3};
 use graspd_hand::{HandPose, Kinematics, PointBuffer, load_hand};
+use graspd_mesh::load_mesh;
 use graspd_view::{Color, Dot, render_hand_pose};
 use nalgebra::Point3;
 

@@ -3,8 +3,9 @@
 use std::fs;
 use std::path::Path;
 
-use graspd_geom::{Quaternion, TriangleMesh, Vec3, builtin_object};
+use graspd_geom::{Quaternion, TriangleMesh, Vec3};
 use graspd_hand::{Hand, HandPose, builtin_hand};
+use graspd_mesh::builtin_object;
 use graspd_view::{
     ContactForce, GraspPage, Keyframe, LossName, MetricColumn, Optimization, PageGrasp, ViewError,
     page_html,

@@ -3,9 +3,11 @@
 use std::path::{Path, PathBuf};
 
 use graspd_geom::{
-    BUILTIN_OBJECTS, DiskCache, GeometryError, MassProperties, RepairReport, RepairSettings,
-    SdfGrid, SdfSampling, SignedDistance, TriangleMesh, builtin_object, closed_surface, load_mesh,
-    repair,
+    DiskCache, GeometryError, MassProperties, SdfGrid, SdfSampling, SignedDistance, TriangleMesh,
+    closed_surface,
+};
+use graspd_mesh::{
+    BUILTIN_OBJECTS, RepairReport, RepairSettings, builtin_object, load_mesh, repair,
 };
 use graspd_settings::POSITIVE;
 use graspd_sim::SimulatedObject;

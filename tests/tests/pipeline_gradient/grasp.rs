@@ -3,10 +3,10 @@
 use std::sync::LazyLock;
 
 use graspd_geom::{
-    MassProperties, Quaternion, SdfGrid, SignedDistance, Vec3, closed_surface, load_mesh,
-    shared_file,
+    MassProperties, Quaternion, SdfGrid, SignedDistance, Vec3, closed_surface, shared_file,
 };
 use graspd_hand::{ArticulatedHand, Hand, HandOptions, HandPose, allegro};
+use graspd_mesh::load_mesh;
 use graspd_sim::{Scene, SimulatedObject, SimulationParams, Twist};
 use nalgebra::{Matrix3, Point3};
 

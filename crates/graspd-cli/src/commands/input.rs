@@ -6,8 +6,9 @@ use std::path::PathBuf;
 use anyhow::{Context, Result, bail};
 use clap::Args;
 use graspd::{GraspError, GraspObject, NamedMesh};
-use graspd_geom::{DiskCache, RepairSettings, SdfSampling};
+use graspd_geom::{DiskCache, SdfSampling};
 use graspd_hand::{Hand, HandPose, LoadOptions, SkinOptions, load_hand_from};
+use graspd_mesh::RepairSettings;
 
 use graspd_settings::{Range, between};
 

@@ -2,7 +2,8 @@
 
 use anyhow::{Context, Result};
 use clap::Args;
-use graspd_geom::{BUILTIN_OBJECTS, builtin_object, signed_volume};
+use graspd_geom::signed_volume;
+use graspd_mesh::{BUILTIN_OBJECTS, builtin_object};
 
 use crate::console::{print, print_json};
 

@@ -7,8 +7,9 @@ use graspd::{
     ExecutionSettings, Grasp, GraspRecord, Summary, SynthesisSettings, TrajectoryPoint,
     write_atomically, write_records,
 };
-use graspd_geom::{RepairReport, TriangleMesh, save_obj};
+use graspd_geom::TriangleMesh;
 use graspd_hand::{Hand, SkinOptions};
+use graspd_mesh::{RepairReport, save_obj};
 use ndarray::{Array1, Array2};
 use serde::Serialize;
 

@@ -6,10 +6,12 @@ use std::time::Instant;
 use anyhow::{Context, Result, bail};
 use clap::Args;
 use clap::builder::{NonEmptyStringValueParser, PossibleValuesParser};
-use graspd_geom::{
+use graspd_geom::signed_volume;
+use graspd_mesh::{require_mesh_format, save_mesh};
+use graspd_scan::{
     DepthIntrinsics, FusedView, FusionSettings, Plane, PointCloud, PoissonSettings,
     ReconstructionSettings, Registration, align_to_mesh, fuse, load_point_cloud, read_capture,
-    reconstruct, require_mesh_format, save_mesh, signed_volume,
+    reconstruct,
 };
 use graspd_settings::Validate;
 use nalgebra::{Isometry3, Vector3};

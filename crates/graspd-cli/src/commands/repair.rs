@@ -5,9 +5,9 @@ use std::time::Instant;
 
 use anyhow::Result;
 use clap::Args;
-use graspd_geom::{
-    RepairSettings, RepairedMesh, TriangleMesh, load_mesh, repair, require_mesh_format, save_mesh,
-    signed_volume, topology,
+use graspd_geom::{TriangleMesh, signed_volume, topology};
+use graspd_mesh::{
+    RepairSettings, RepairedMesh, load_mesh, repair, require_mesh_format, save_mesh,
 };
 use graspd_settings::{POSITIVE, Validate};
 use serde_json::json;

@@ -6,7 +6,7 @@ use std::time::Instant;
 use anyhow::{Context, Result};
 use clap::Args;
 use clap::builder::NonEmptyStringValueParser;
-use graspd_geom::{DepthNoise, ScanSettings, TurntableViews, scan_on_turntable};
+use graspd_scan::{DepthNoise, ScanSettings, TurntableViews, scan_on_turntable};
 use graspd_settings::NOT_NEGATIVE;
 
 use super::input::{RepairChoice, load_object, on_threads};

@@ -2,7 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
-use graspd_geom::{BUILTIN_OBJECTS, TriangleMesh, box_mesh, builtin_object, save_obj};
+use graspd_geom::{TriangleMesh, box_mesh};
+use graspd_mesh::{BUILTIN_OBJECTS, builtin_object, save_obj};
 use tempfile::{TempDir, tempdir};
 
 use crate::outcome::{graspd, text};

@@ -162,7 +162,7 @@ fn another_object() {
     let open = folder.path().join("open.obj");
     let mut mesh = box_mesh([0.05; 3].into(), 2.0);
     mesh.faces.pop();
-    graspd_geom::save_obj(&mesh, &open).unwrap();
+    graspd_mesh::save_obj(&mesh, &open).unwrap();
     let records = records(&folder, &line(&[]));
     let eval = graspd([
         "eval",

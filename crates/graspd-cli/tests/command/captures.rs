@@ -3,9 +3,9 @@
 use std::path::{Path, PathBuf};
 use std::sync::LazyLock;
 
-use graspd_geom::{
-    DepthImage, builtin_object, load_mesh, require_closed, sample_evenly, signed_volume,
-};
+use graspd_geom::{require_closed, sample_evenly, signed_volume};
+use graspd_mesh::{builtin_object, load_mesh};
+use graspd_scan::DepthImage;
 use serde_json::{Value, json};
 use tempfile::{TempDir, tempdir};
 

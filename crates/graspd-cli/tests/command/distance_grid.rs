@@ -3,7 +3,8 @@
 use std::fs::File;
 use std::path::Path;
 
-use graspd_geom::{SignedDistance, TriangleMesh, builtin_object, save_obj};
+use graspd_geom::{SignedDistance, TriangleMesh};
+use graspd_mesh::{builtin_object, save_obj};
 use nalgebra::Point3;
 use ndarray::{Array1, Array3};
 use ndarray_npy::NpzReader;

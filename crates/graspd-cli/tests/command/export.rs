@@ -6,8 +6,8 @@ use std::process::Command;
 use std::sync::LazyLock;
 
 use graspd::read_records;
-use graspd_geom::load_mesh;
 use graspd_hand::load_hand;
+use graspd_mesh::load_mesh;
 use parquet::file::reader::{FileReader, SerializedFileReader};
 use parquet::record::{Field, RowAccessor};
 use serde_json::Value;
@@ -223,7 +223,7 @@ fn gltf_shows_hand_and_object_where_they_are() {
         .join(format!("{run}_{:03}.glb", records[0].index));
     let read = load_mesh(&file).unwrap();
     let hand = load_hand("allegro").unwrap();
-    let mut both = graspd_geom::builtin_object("can").unwrap();
+    let mut both = graspd_mesh::builtin_object("can").unwrap();
     both.append(&hand.surface(&records[0].hand_pose(hand.articulation_names()).unwrap()));
     let ((low, high), (read_low, read_high)) = (both.bounds().unwrap(), read.bounds().unwrap());
     assert!((low - read_low).norm() < 1e-6 && (high - read_high).norm() < 1e-6);

@@ -6,7 +6,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use graspd_geom::{builtin_object, save_obj};
+use graspd_mesh::{builtin_object, save_obj};
 use tempfile::tempdir;
 
 use crate::export::python_with;

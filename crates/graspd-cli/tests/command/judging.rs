@@ -2,7 +2,7 @@
 
 use std::fs;
 
-use graspd_geom::{builtin_object, save_obj};
+use graspd_mesh::{builtin_object, save_obj};
 use serde_json::{Value, json};
 use tempfile::tempdir;
 

@@ -1,7 +1,8 @@
 //! What is built in, what a hand's file holds, and what each command says of itself.
 
-use graspd_geom::{BUILTIN_OBJECTS, shared_file};
+use graspd_geom::shared_file;
 use graspd_hand::BUILTIN_HANDS;
+use graspd_mesh::BUILTIN_OBJECTS;
 
 use crate::outcome::{graspd, text};
 

@@ -2,9 +2,8 @@
 
 use std::path::PathBuf;
 
-use graspd_geom::{
-    TriangleMesh, box_mesh, builtin_object, load_mesh, require_closed, save_obj, signed_volume,
-};
+use graspd_geom::{TriangleMesh, box_mesh, require_closed, signed_volume};
+use graspd_mesh::{builtin_object, load_mesh, save_obj};
 use serde_json::{Value, json};
 use tempfile::{TempDir, tempdir};
 

@@ -4,8 +4,9 @@ use std::collections::BTreeSet;
 use std::fs;
 
 use graspd::read_records;
-use graspd_geom::{builtin_object, load_mesh, require_closed, save_obj};
+use graspd_geom::require_closed;
 use graspd_hand::load_hand;
+use graspd_mesh::{builtin_object, load_mesh, save_obj};
 use ndarray::{Array1, Array2};
 use ndarray_npy::NpzReader;
 use serde_json::Value;

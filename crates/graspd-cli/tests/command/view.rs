@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 use std::fs;
 use std::path::Path;
 
-use graspd_geom::{builtin_object, save_obj};
+use graspd_mesh::{builtin_object, save_obj};
 use serde_json::{Value, json};
 use tempfile::tempdir;
 

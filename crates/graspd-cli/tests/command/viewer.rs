@@ -206,7 +206,7 @@ fn names_are_text_whatever_they_are() {
     let name = "a</script><img src=x onerror=alert(1)>{{script}} \u{2028}&amp;";
     let folder = tempfile::tempdir().unwrap();
     let mesh = folder.path().join("cup.obj");
-    graspd_geom::save_obj(&graspd_geom::builtin_object("box").unwrap(), &mesh).unwrap();
+    graspd_mesh::save_obj(&graspd_mesh::builtin_object("box").unwrap(), &mesh).unwrap();
     let records = fs::read_to_string(RUN.0.join("grasps.jsonl")).unwrap();
     let mut lines = String::new();
     for line in records.lines().take(2) {

@@ -111,7 +111,8 @@ fn piece_from(bytes: &[u8]) -> Option<(ConvexPiece, &[u8])> {
 
 #[cfg(test)]
 mod tests {
-    use graspd_geom::{SignedDistance, builtin_object};
+    use graspd_geom::SignedDistance;
+    use graspd_mesh::builtin_object;
 
     use super::*;
 

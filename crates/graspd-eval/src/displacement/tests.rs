@@ -270,7 +270,7 @@ fn a_scanned_mug_stays_hollow() {
     let Some(file) = graspd_geom::shared_file("data/ycb/025_mug.obj") else {
         return;
     };
-    let mesh = graspd_geom::load_mesh(file).unwrap();
+    let mesh = graspd_mesh::load_mesh(file).unwrap();
     let exact = graspd_geom::SignedDistance::new(&mesh).unwrap();
     let settings = DecompositionSettings {
         max_pieces: 160,

@@ -6,7 +6,7 @@ use crate::mass::encloses_volume;
 use crate::{GeometryError, TriangleMesh, signed_volume};
 
 /// Checks indices and coordinates.
-pub(crate) fn check_finite(mesh: &TriangleMesh) -> Result<(), GeometryError> {
+pub fn check_finite(mesh: &TriangleMesh) -> Result<(), GeometryError> {
     if mesh.faces.is_empty() {
         return Err(GeometryError::EmptyMesh);
     }

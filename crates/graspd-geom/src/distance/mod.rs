@@ -15,7 +15,7 @@ mod wide_tree;
 mod winding;
 mod winding_field;
 
-pub(crate) use boundary::check_finite;
+pub use boundary::check_finite;
 pub(crate) use eight_boxes::Slack;
 pub(crate) use packet::{PACKET, PacketSearch};
 pub use ray::RayHit;

@@ -5,8 +5,9 @@ use std::path::{Path, PathBuf};
 
 use graspd_geom::{
     GeometryError, SignedDistance, TriangleMesh, box_mesh, capsule_mesh, closed_surface,
-    cylinder_mesh, load_mesh, sphere_mesh,
+    cylinder_mesh, sphere_mesh,
 };
+use graspd_mesh::load_mesh;
 use nalgebra::{Isometry3, Translation3, Vector3};
 use urdf_rs::{Geometry, Link, Pose};
 

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use graspd_geom::builtin_object;
+use graspd_mesh::builtin_object;
 use serde::Deserialize;
 use toml::Table;
 

@@ -7,8 +7,9 @@ use graspd_eval::{
     Contact, EpsilonSettings, EvaluationSettings, FingerModel, GraspMetrics, Metrics,
     ObjectUnderTest, VolumeSettings, evaluate, ferrari_canny, hull_volume,
 };
-use graspd_geom::{MassProperties, SurfaceSampler, TriangleMesh, builtin_object};
+use graspd_geom::{MassProperties, SurfaceSampler, TriangleMesh};
 use graspd_hand::{Hand, SkinnedHandOptions, human};
+use graspd_mesh::builtin_object;
 use nalgebra::{Isometry3, Vector3};
 use proptest::prelude::*;
 

@@ -4,9 +4,8 @@ use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 
 use graspd::{GraspError, GraspObject, NamedMesh, PAPER_PADDING};
-use graspd_geom::{
-    BUILTIN_OBJECTS, GeometryError, TriangleMesh, box_mesh, builtin_object, save_obj,
-};
+use graspd_geom::{GeometryError, TriangleMesh, box_mesh};
+use graspd_mesh::{BUILTIN_OBJECTS, builtin_object, save_obj};
 
 /// A box of 40 x 60 x 100 mm about the origin.
 const SIDES: [f64; 3] = [0.04, 0.06, 0.1];

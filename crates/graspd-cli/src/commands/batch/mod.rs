@@ -166,7 +166,7 @@ fn list(arguments: &Arguments, plan: &BatchPlan) -> Result<()> {
             runs: range,
         } = &plan.objects[object];
         let is_file = std::path::Path::new(name_or_path).is_file();
-        let is_there = is_file || graspd_geom::builtin_object(name_or_path).is_some();
+        let is_there = is_file || graspd_mesh::builtin_object(name_or_path).is_some();
         missing += usize::from(!is_there);
         for run in &plan.runs[range.clone()] {
             let state = match BatchFolder::state_in(&arguments.output, run) {

@@ -136,7 +136,7 @@ fn push(
 
 #[cfg(test)]
 mod tests {
-    use graspd_geom::{builtin_object, load_mesh};
+    use graspd_mesh::{builtin_object, load_mesh};
 
     use super::*;
 

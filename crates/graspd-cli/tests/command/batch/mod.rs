@@ -6,7 +6,7 @@ mod interruptions;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use graspd_geom::{builtin_object, save_obj};
+use graspd_mesh::{builtin_object, save_obj};
 use serde_json::Value;
 use tempfile::{TempDir, tempdir};
 

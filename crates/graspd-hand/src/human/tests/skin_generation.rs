@@ -3,10 +3,12 @@
 //! Making it takes a second, so the result is kept in `skin.bin`, beside this file. A test makes it again; after a
 //! change of the proportions or the flesh, `cargo test -p graspd-hand --lib write_the_skin -- --ignored` writes it.
 
-use graspd_geom::{NodeGrid, RemeshTarget, TriangleMesh, isosurface, remesh};
+use graspd_geom::TriangleMesh;
+use graspd_mesh::{NodeGrid, isosurface};
 use nalgebra::{Point3, Vector3};
 
 use super::implicit_surface::ImplicitHand;
+use super::remeshing::{RemeshTarget, remesh};
 use crate::human::proportions::{Chain, RAYS, THUMB, chains};
 use crate::human::skin::SKIN_VERTICES;
 
