@@ -30,8 +30,8 @@ mod objects;
 mod repair;
 
 pub use io::{
-    file_bytes, load_mesh, load_points, parse_error, parse_mesh, require_mesh_format, save_mesh,
-    save_obj, save_off, save_ply, save_stl, write_whole,
+    OrientedPoints, file_bytes, load_mesh, load_points, parse_error, parse_mesh,
+    require_mesh_format, save_mesh, save_obj, save_off, save_ply, save_stl, write_whole,
 };
 pub use isosurface::{NodeGrid, isosurface};
 pub use objects::{BUILTIN_OBJECTS, BuiltinObject, builtin_object};

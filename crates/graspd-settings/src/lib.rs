@@ -56,7 +56,7 @@ pub struct OutOfRange {
     /// Its value.
     pub value: f64,
     /// The values that it may have.
-    pub allowed: Range,
+    pub allowed: Box<Range>,
 }
 
 /// Settings that declare the ranges of their fields.

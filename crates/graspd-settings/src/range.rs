@@ -135,7 +135,7 @@ impl Range {
             Err(OutOfRange {
                 setting: setting.to_owned(),
                 value,
-                allowed: *self,
+                allowed: Box::new(*self),
             })
         })
     }

@@ -188,7 +188,7 @@ pub(crate) fn joint_motions<T: Real>(
 ) -> [Rigid<T>; SKINNED_JOINTS] {
     let mut motions = *frames;
     for (motion, &joint) in motions.iter_mut().zip(joints) {
-        motion.translation = motion.translation - motion.rotation.apply(joint);
+        motion.translation -= motion.rotation.apply(joint);
     }
     motions
 }

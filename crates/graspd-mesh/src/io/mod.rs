@@ -20,6 +20,9 @@ pub use assemble::parse_error;
 pub use save::write_whole;
 pub use save::{require_mesh_format, save_mesh, save_obj, save_off, save_ply, save_stl};
 
+/// Positions and normals, `[n, 3]` each; no normals where the file has none.
+pub type OrientedPoints = (Vec<Point3<f64>>, Vec<Vector3<f64>>);
+
 /// The extensions that [`load_mesh`] knows.
 const READABLE: &str = ".obj, .stl, .ply, .off, .glb, .gltf, .dae";
 
@@ -62,9 +65,7 @@ pub fn parse_mesh(bytes: &[u8], name: impl AsRef<Path>) -> Result<TriangleMesh, 
 ///
 /// # Errors
 /// Another extension, or whatever is wrong with the file, as a [`GeometryError`] that names it.
-pub fn load_points(
-    path: impl AsRef<Path>,
-) -> Result<(Vec<Point3<f64>>, Vec<Vector3<f64>>), GeometryError> {
+pub fn load_points(path: impl AsRef<Path>) -> Result<OrientedPoints, GeometryError> {
     let path = path.as_ref();
     if extension(path) != "ply" {
         return Err(unsupported(path, ".ply"));

@@ -2,13 +2,13 @@
 
 use std::path::Path;
 
-use nalgebra::{Point3, Vector3};
 use ply_rs_bw::parser::{ParseError, Parser, Reader};
 use ply_rs_bw::ply::{
     ElementDef, Encoding, Header, Property, PropertyAccess, PropertyAccessResult, PropertyType,
     ScalarType,
 };
 
+use super::OrientedPoints;
 use super::assemble::{Assembly, parse_error};
 use graspd_geom::{GeometryError, TriangleMesh};
 
@@ -26,10 +26,7 @@ pub(super) fn read(bytes: &[u8], path: &Path) -> Result<TriangleMesh, GeometryEr
 }
 
 /// Reads the element `vertex` as points, with their normals if it has nx, ny and nz. Faces do not matter.
-pub(super) fn read_points(
-    bytes: &[u8],
-    path: &Path,
-) -> Result<(Vec<Point3<f64>>, Vec<Vector3<f64>>), GeometryError> {
+pub(super) fn read_points(bytes: &[u8], path: &Path) -> Result<OrientedPoints, GeometryError> {
     let contents = Contents::of(bytes, path)?;
     let vertices = contents.vertices.iter();
     let points = vertices.clone().map(|vertex| vertex.position.into());
