@@ -1,5 +1,5 @@
 //! First-order optimisation under constraints: [`Adam`], [`Adamax`], the differential method of multipliers
-//! ([`Constraint`], [`Mdmm`]), [`Schedule`]s and [`Trace`]s.
+//! ([`Constraint`], [`Mdmm`]), and [`Schedule`]s.
 //!
 //! ```
 //! use graspd_opt::{Constraint, Mdmm, MdmmSettings, Status};
@@ -33,7 +33,6 @@ mod gradient_descent;
 mod mdmm;
 mod optimizer;
 mod schedule;
-mod trace;
 
 pub use adam::{Adam, AdamSettings};
 pub use adamax::{Adamax, AdamaxIteration, AdamaxSettings};
@@ -43,4 +42,3 @@ pub use gradient_descent::GradientDescent;
 pub use mdmm::{Mdmm, MdmmSettings, Outcome, Status, ValueAndGradient};
 pub use optimizer::{Optimizer, OptimizerKind, ParameterGroup};
 pub use schedule::Schedule;
-pub use trace::Trace;

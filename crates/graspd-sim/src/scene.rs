@@ -75,7 +75,7 @@ where
 {
     /// A scene with the object undilated; call [`Scene::place`] before anything else.
     ///
-    /// `params`: valid ones, see [`SimulationParams::validate`].
+    /// `params`: valid ones, see [`Validate::validate`](graspd_settings::Validate::validate).
     pub fn new(
         hand: &'a dyn Hand,
         object: &'a SimulatedObject,
