@@ -3,8 +3,7 @@
 use std::fmt::Write;
 
 use anyhow::{Context, Result};
-use graspd::HOLDS_BELOW_CM;
-use graspd_eval::GraspMetrics;
+use graspd_eval::{GraspMetrics, HOLDS_BELOW_CM};
 use serde::Serialize;
 
 /// A difference in displacement that the list of disagreements begins at \[cm\].

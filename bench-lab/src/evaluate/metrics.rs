@@ -1,7 +1,7 @@
 //! What is measured of a grasp, and which grasps are the best.
 
 use anyhow::{Context, Result, bail};
-use graspd::{GraspRecord, HOLDS_BELOW_CM};
+use graspd::GraspRecord;
 use graspd_eval::GraspMetrics;
 use serde::{Deserialize, Serialize};
 
@@ -58,11 +58,7 @@ pub(super) const COLUMNS: [Column; 12] = [
         mean(g.metrics.shake_success.map(f64::from))
     }),
     column("holds", "holds", 1.0, |g| {
-        mean(
-            g.metrics
-                .sim_displacement_cm
-                .map(|moved| f64::from(moved < HOLDS_BELOW_CM)),
-        )
+        mean(g.metrics.holds().map(f64::from))
     }),
     column("synthesis_seconds", "seconds", -1.0, |g| {
         mean(Some(g.seconds.synthesis))

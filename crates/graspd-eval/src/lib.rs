@@ -51,6 +51,7 @@ mod error;
 mod ferrari_canny;
 mod hull;
 mod interpenetration;
+mod metric;
 mod penetration;
 mod polygon;
 mod report;
@@ -80,6 +81,7 @@ pub use hull::{
     origin_depth, origin_depth_of_sum,
 };
 pub use interpenetration::interpenetration_volume_cm3;
+pub use metric::{HOLDS_BELOW_CM, METRICS, Metric, MetricGetter, MetricKind};
 pub use report::{GraspMetrics, ObjectUnderTest, evaluate};
 pub use self_penetration::SelfPenetration;
 pub use settings::{EvaluationSettings, Metrics};

@@ -1,5 +1,6 @@
 //! How different grasps are, and how to keep a spread of them.
 
+use graspd_eval::GraspMetrics;
 use graspd_geom::Vec3;
 use graspd_hand::{Hand, HandPose, Kinematics, PointBuffer};
 use serde::{Deserialize, Serialize};
@@ -62,11 +63,8 @@ pub fn pose_distances(hand: &dyn Hand, poses: &[&HandPose]) -> Vec<Vec<f64>> {
         .collect()
 }
 
-/// Grasps that move less than this in the simulation hold \[cm\].
-const HOLDING_CM: f64 = 0.5;
-
 /// The numbers, in rising order, of `count` of the ranked records that are far from each other: the first, and then
-/// one after the other the one farthest from those chosen, of those that hold (a displacement under 0.5 cm). Where
+/// one after the other the one farthest from those chosen, of those that hold ([`GraspMetrics::holds`]). Where
 /// too few hold, the next in rank follow.
 ///
 /// `distances`: `[n][n]`, see [`pose_distances`].
@@ -76,8 +74,8 @@ const HOLDING_CM: f64 = 0.5;
 /// (farthest-point traversal).
 pub fn diverse(records: &[GraspRecord], distances: &[Vec<f64>], count: usize) -> Vec<usize> {
     let holds = |record: &GraspRecord| {
-        let displacement = record.metrics.as_ref().and_then(|m| m.sim_displacement_cm);
-        displacement.is_some_and(|cm| cm < HOLDING_CM)
+        let metrics = record.metrics.as_ref();
+        metrics.and_then(GraspMetrics::holds) == Some(true)
     };
     let mut chosen: Vec<usize> = Vec::new();
     while chosen.len() < count.min(records.len()) {

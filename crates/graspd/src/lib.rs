@@ -84,8 +84,8 @@ pub use ablation::{ConstraintMethod, MethodPart};
 pub use annealing::{AnnealingSettings, anneal};
 pub use batch::{
     BatchFolder, BatchInput, BatchManifest, BatchObserver, BatchPlan, BatchTally, DatasetSummary,
-    HOLDS_BELOW_CM, ObjectLoader, PlannedObject, PlannedRun, RunRow, RunState, Shard, StartFailure,
-    StartOutcome, grasp_files, run_batch,
+    ObjectLoader, PlannedObject, PlannedRun, RunRow, RunState, Shard, StartFailure, StartOutcome,
+    grasp_files, run_batch,
 };
 pub use bootstrap::grouped_interval_95;
 pub use configuration::{

@@ -2,49 +2,53 @@
 
 use std::collections::BTreeMap;
 
-use graspd_eval::GraspMetrics;
-use serde::{Deserialize, Serialize};
+use graspd_eval::{METRICS, MetricGetter, MetricKind};
+use serde::{Deserialize, Serialize, Serializer};
 
 use crate::bootstrap::interval_95;
 use crate::diversity::Diversity;
 use crate::record::GraspRecord;
 
-/// Means of the metrics over some grasps; `None` where no grasp has the metric.
+/// Means (or medians) of the metrics over some grasps.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct MetricMeans {
     /// How many grasps.
     pub grasps: usize,
-    /// Contact area \[cm^2\].
-    pub contact_area_cm2: Option<f64>,
-    /// Contact area as a count of voxels \[cm^2\].
-    #[serde(default)]
-    pub contact_area_voxel_count_cm2: Option<f64>,
-    /// Interpenetration volume \[cm^3\].
-    pub interpenetration_volume_cm3: Option<f64>,
-    /// Mean contact area over mean interpenetration volume \[1/cm\].
-    pub ca_over_iv: Option<f64>,
-    /// Ferrari-Canny epsilon.
-    pub epsilon: Option<f64>,
-    /// Volume of the grasp wrench space.
-    pub gws_volume: Option<f64>,
-    /// Simulation displacement \[cm\].
-    pub sim_displacement_cm: Option<f64>,
-    /// The same, mean over gravity along the six axis directions \[cm\].
-    #[serde(default)]
-    pub sim_displacement_mean6_cm: Option<f64>,
-    /// How many of the shake test's six forces are withstood.
-    pub shake_withstood: Option<f64>,
-    /// Share of grasps that withstand all six (in a median: 1 if at least half of them do).
-    pub shake_success: Option<f64>,
-    /// Deepest penetration \[mm\].
-    pub max_penetration_mm: Option<f64>,
-    /// Deepest self-penetration \[mm\].
-    #[serde(default)]
-    pub self_penetration_mm: Option<f64>,
-    /// For each of these means, by its name here, a 95 % bootstrap interval over the grasps (of two grasps: both
-    /// values). None for medians, and none for a mean over a single grasp.
+    #[serde(flatten)]
+    values: MetricValues,
+    /// For each of the means, by its key, a 95 % bootstrap interval over the grasps (of two grasps: both values). None
+    /// for medians, and none for a mean over a single grasp.
     #[serde(default)]
     pub interval_95: BTreeMap<String, [f64; 2]>,
+}
+
+impl MetricMeans {
+    /// Returns the mean of the metric with this key in [`METRICS`]; `None` where no grasp has it.
+    ///
+    /// That of a truth is the share of grasps for which it is true (in a median: 1 if it is for at least half of them),
+    /// that of a ratio the ratio of the means.
+    pub fn get(&self, key: &str) -> Option<f64> {
+        let place = METRICS.iter().position(|metric| metric.key == key)?;
+        self.values.0[place]
+    }
+}
+
+/// A value for each of [`METRICS`]; in files, a map from keys to values.
+#[derive(Clone, Debug, Default, PartialEq, Deserialize)]
+#[serde(from = "BTreeMap<String, serde_json::Value>")]
+struct MetricValues([Option<f64>; METRICS.len()]);
+
+impl From<BTreeMap<String, serde_json::Value>> for MetricValues {
+    fn from(map: BTreeMap<String, serde_json::Value>) -> Self {
+        let value = |at: usize| map.get(METRICS[at].key).and_then(|value| value.as_f64());
+        Self(std::array::from_fn(value))
+    }
+}
+
+impl Serialize for MetricValues {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.collect_map(METRICS.iter().map(|metric| metric.key).zip(&self.0))
+    }
 }
 
 /// A run in a few numbers.
@@ -73,21 +77,6 @@ pub struct Summary {
     pub mean_evaluation_seconds: f64,
 }
 
-/// One column of the metrics: its name in records, and how to read it.
-type Column = fn(&GraspMetrics) -> Option<f64>;
-
-const CONTACT_AREA: Column = |m| m.contact_area_cm2;
-const VOXEL_COUNT: Column = |m| m.contact_area_voxel_count_cm2;
-const INTERPENETRATION: Column = |m| m.interpenetration_volume_cm3;
-const EPSILON: Column = |m| m.epsilon;
-const VOLUME: Column = |m| m.gws_volume;
-const DISPLACEMENT: Column = |m| m.sim_displacement_cm;
-const MEAN6: Column = |m| m.sim_displacement_mean6_cm;
-const WITHSTOOD: Column = |m| m.shake_withstood.map(|count| count as f64);
-const SUCCESS: Column = |m| m.shake_success.map(f64::from);
-const PENETRATION: Column = |m| m.max_penetration_mm;
-const SELF_PENETRATION: Column = |m| m.self_penetration_mm;
-
 impl Summary {
     /// Summarises grasps that are sorted by rank.
     pub fn of(records: &[GraspRecord]) -> Self {
@@ -112,64 +101,54 @@ impl Summary {
     }
 }
 
-fn values(records: &[GraspRecord], column: Column) -> Vec<f64> {
-    let of = |record: &GraspRecord| record.metrics.as_ref().and_then(column);
+fn values(records: &[GraspRecord], get: MetricGetter) -> Vec<f64> {
+    let of = |record: &GraspRecord| record.metrics.as_ref().and_then(get);
     records.iter().filter_map(of).collect()
 }
 
-/// Every metric reduced by itself.
+/// Reduces every metric by itself, and ratios by their terms.
 fn aggregate(records: &[GraspRecord], reduce: fn(Vec<f64>) -> Option<f64>) -> MetricMeans {
-    let of = |column: Column| reduce(values(records, column));
-    let (area, volume) = (of(CONTACT_AREA), of(INTERPENETRATION));
+    let of = |get: MetricGetter| reduce(values(records, get));
     MetricMeans {
         grasps: records.len(),
-        contact_area_cm2: area,
-        contact_area_voxel_count_cm2: of(VOXEL_COUNT),
-        interpenetration_volume_cm3: volume,
-        ca_over_iv: ratio(area, volume),
-        epsilon: of(EPSILON),
-        gws_volume: of(VOLUME),
-        sim_displacement_cm: of(DISPLACEMENT),
-        sim_displacement_mean6_cm: of(MEAN6),
-        shake_withstood: of(WITHSTOOD),
-        shake_success: of(SUCCESS),
-        max_penetration_mm: of(PENETRATION),
-        self_penetration_mm: of(SELF_PENETRATION),
+        values: MetricValues(std::array::from_fn(|at| match METRICS[at].kind {
+            MetricKind::Ratio(above, below) => ratio(of(above), of(below)),
+            _ => of(METRICS[at].get),
+        })),
         interval_95: BTreeMap::new(),
     }
 }
 
-/// Means with their intervals.
+/// Returns means with their intervals.
 fn means(records: &[GraspRecord]) -> MetricMeans {
     let mut means = aggregate(records, mean);
-    for (name, column) in [
-        ("contact_area_cm2", CONTACT_AREA),
-        ("contact_area_voxel_count_cm2", VOXEL_COUNT),
-        ("interpenetration_volume_cm3", INTERPENETRATION),
-        ("epsilon", EPSILON),
-        ("gws_volume", VOLUME),
-        ("sim_displacement_cm", DISPLACEMENT),
-        ("sim_displacement_mean6_cm", MEAN6),
-        ("shake_withstood", WITHSTOOD),
-        ("shake_success", SUCCESS),
-        ("max_penetration_mm", PENETRATION),
-        ("self_penetration_mm", SELF_PENETRATION),
-    ] {
-        let values = values(records, column);
-        let of = |indices: &[usize]| mean(indices.iter().map(|i| values[*i]).collect());
-        let interval = interval_95(values.len(), of);
-        means.interval_95.extend(interval.map(|i| (name.into(), i)));
+    for metric in &METRICS {
+        let interval = match metric.kind {
+            MetricKind::Ratio(above, below) => ratio_interval(records, above, below),
+            _ => {
+                let values = values(records, metric.get);
+                let of = |indices: &[usize]| mean(indices.iter().map(|i| values[*i]).collect());
+                interval_95(values.len(), of)
+            }
+        };
+        (means.interval_95).extend(interval.map(|interval| (metric.key.into(), interval)));
     }
+    means
+}
+
+/// Returns the interval of a ratio of means over the grasps that have both.
+fn ratio_interval(
+    records: &[GraspRecord],
+    above: MetricGetter,
+    below: MetricGetter,
+) -> Option<[f64; 2]> {
     let pairs: Vec<[f64; 2]> = (records.iter().filter_map(|r| r.metrics.as_ref()))
-        .filter_map(|m| Some([CONTACT_AREA(m)?, INTERPENETRATION(m)?]))
+        .filter_map(|m| Some([above(m)?, below(m)?]))
         .collect();
-    let of = |indices: &[usize]| {
+    interval_95(pairs.len(), |indices: &[usize]| {
         let sum = |k: usize| Some(indices.iter().map(|i| pairs[*i][k]).sum());
         ratio(sum(0), sum(1))
-    };
-    let interval = interval_95(pairs.len(), of);
-    (means.interval_95).extend(interval.map(|i| ("ca_over_iv".into(), i)));
-    means
+    })
 }
 
 fn ratio(area: Option<f64>, volume: Option<f64>) -> Option<f64> {

@@ -15,8 +15,8 @@ use std::fs;
 use std::path::Path;
 
 use graspd::{
-    ExecutionSettings, Grasp, GraspObject, GraspRecord, HOLDS_BELOW_CM, NamedMesh,
-    PAPER_RESOLUTION, RunSettings, Summary, SynthesisSettings, synthesize_grasps, write_records,
+    ExecutionSettings, Grasp, GraspObject, GraspRecord, NamedMesh, PAPER_RESOLUTION, RunSettings,
+    Summary, SynthesisSettings, synthesize_grasps, write_records,
 };
 use graspd_eval::EvaluationSettings;
 use graspd_view::render_hand_pose;
@@ -123,8 +123,7 @@ fn figures_of(row: &Row, records: &[GraspRecord]) -> String {
     };
     let holds = |record: &&GraspRecord| {
         let metrics = record.metrics.as_ref();
-        let displacement = metrics.and_then(|metrics| metrics.sim_displacement_cm);
-        displacement.is_some_and(|cm| cm < HOLDS_BELOW_CM)
+        metrics.and_then(graspd_eval::GraspMetrics::holds) == Some(true)
     };
     let seconds = Summary::of(records);
     format!(

@@ -14,9 +14,6 @@ use crate::record::GraspRecord;
 use crate::record_file::{read_records, write_atomically};
 use crate::summary::{MetricMeans, Summary};
 
-/// A grasp holds if the object moves less than this in the simulation \[cm\].
-pub const HOLDS_BELOW_CM: f64 = 0.5;
-
 /// A run in a line of `runs.jsonl`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct RunRow {
@@ -30,7 +27,7 @@ pub struct RunRow {
     pub seed: u64,
     /// How many grasps are kept.
     pub grasps: usize,
-    /// How many of them hold, see [`HOLDS_BELOW_CM`]; `None` where displacements were not asked for.
+    /// How many of them hold, see [`HOLDS_BELOW_CM`](graspd_eval::HOLDS_BELOW_CM); `None` where displacements were not asked for.
     pub holding: Option<usize>,
     /// How many starts failed.
     pub failed_starts: usize,
@@ -51,7 +48,7 @@ pub struct DatasetSummary {
     pub failed_starts: usize,
     /// Grasps.
     pub grasps: usize,
-    /// Share of grasps that hold, see [`HOLDS_BELOW_CM`].
+    /// Share of grasps that hold, see [`HOLDS_BELOW_CM`](graspd_eval::HOLDS_BELOW_CM).
     pub holding_share: Option<f64>,
     /// Means over all grasps.
     pub all: MetricMeans,
@@ -78,7 +75,7 @@ fn displacement(record: &GraspRecord) -> Option<f64> {
 
 /// Whether a grasp holds; `None` without a displacement.
 fn holds(record: &GraspRecord) -> Option<bool> {
-    Some(displacement(record)? < HOLDS_BELOW_CM)
+    record.metrics.as_ref()?.holds()
 }
 
 impl BatchFolder {

@@ -21,7 +21,7 @@ mod lock;
 mod manifest;
 mod plan;
 
-pub use dataset::{DatasetSummary, HOLDS_BELOW_CM, RunRow, grasp_files};
+pub use dataset::{DatasetSummary, RunRow, grasp_files};
 pub use drive::{BatchInput, BatchObserver, BatchTally, ObjectLoader, run_batch};
 pub use folder::{BatchFolder, RunState};
 pub use journal::{StartFailure, StartOutcome};

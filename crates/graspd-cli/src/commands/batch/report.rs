@@ -2,16 +2,16 @@
 
 use anyhow::{Context, Result};
 use graspd::{
-    BatchFolder, BatchPlan, DatasetSummary, GraspRecord, HOLDS_BELOW_CM, MetricMeans, PlannedRun,
-    write_atomically,
+    BatchFolder, BatchPlan, DatasetSummary, GraspRecord, MetricMeans, PlannedRun, write_atomically,
 };
-use graspd_eval::GraspMetrics;
+use graspd_eval::{GraspMetrics, HOLDS_BELOW_CM, Metric, MetricGetter};
 use graspd_hand::Hand;
 use rayon::prelude::*;
 
 use super::super::input::{RepairChoice, load_object};
 use super::histogram::histogram;
 use super::page::{page, picture, table, tiles};
+use crate::table::{heading, mean_cells};
 
 /// Cases with a picture in each section.
 const CASES: usize = 6;
@@ -21,23 +21,6 @@ const MAX_ROWS: usize = 200;
 const MAX_FAILURES: usize = 50;
 /// Width and height of each of the three views \[pixels\].
 const PANEL: (usize, usize) = (320, 280);
-
-type Column = fn(&GraspMetrics) -> Option<f64>;
-
-/// The metrics that have a histogram.
-const HISTOGRAMS: [(&str, &str, Column); 7] = [
-    ("simulation displacement", "cm", |m| m.sim_displacement_cm),
-    ("contact area", "cm²", |m| m.contact_area_cm2),
-    ("interpenetration volume", "cm³", |m| {
-        m.interpenetration_volume_cm3
-    }),
-    ("epsilon", "", |m| m.epsilon),
-    ("wrench-space volume", "", |m| m.gws_volume),
-    ("deepest penetration", "mm", |m| m.max_penetration_mm),
-    ("forces withstood in the shake test", "of 6", |m| {
-        m.shake_withstood.map(|n| n as f64)
-    }),
-];
 
 /// A grasp with the run that it is of.
 struct Case<'a> {
@@ -68,12 +51,9 @@ pub(super) fn write(
     let metrics: Vec<&GraspMetrics> = (runs.iter())
         .flat_map(|(_, records)| records.iter().filter_map(|record| record.metrics.as_ref()))
         .collect();
-    for (title, unit, column) in HISTOGRAMS {
-        let values: Vec<f64> = metrics
-            .iter()
-            .filter_map(|metrics| column(metrics))
-            .collect();
-        body += &histogram(title, unit, &values);
+    for metric in Metric::columns() {
+        let values: Vec<f64> = metrics.iter().filter_map(|m| (metric.get)(m)).collect();
+        body += &histogram(metric.about, metric.unit, &values);
     }
     body += "</div>\n";
     body += &cases(plan, hands, repair, &runs)?;
@@ -104,7 +84,7 @@ fn counts(summary: &DatasetSummary) -> Vec<(String, &'static str)> {
     if let Some(share) = summary.holding_share {
         counts.push((format!("{:.1} %", 100.0 * share), "of grasps hold"));
     }
-    if let Some(share) = summary.all.shake_success {
+    if let Some(share) = summary.all.get("shake_success") {
         counts.push((
             format!("{:.1} %", 100.0 * share),
             "withstand all six forces",
@@ -121,17 +101,9 @@ fn number(value: Option<f64>, decimals: usize) -> String {
 
 fn means_table(summary: &DatasetSummary) -> String {
     let row = |label: &str, means: &MetricMeans| {
-        vec![
-            label.to_owned(),
-            means.grasps.to_string(),
-            number(means.sim_displacement_cm, 2),
-            number(means.shake_success.map(|share| 100.0 * share), 0),
-            number(means.contact_area_cm2, 2),
-            number(means.interpenetration_volume_cm3, 3),
-            number(means.ca_over_iv, 1),
-            number(means.epsilon, 3),
-            number(means.max_penetration_mm, 2),
-        ]
+        let mut cells = mean_cells(label, |key| means.get(key));
+        cells.insert(1, means.grasps.to_string());
+        cells
     };
     let mut rows = vec![
         row("all", &summary.all),
@@ -140,9 +112,9 @@ fn means_table(summary: &DatasetSummary) -> String {
     if summary.by_hand.len() > 1 {
         rows.extend(summary.by_hand.iter().map(|(hand, means)| row(hand, means)));
     }
-    let header = [
-        "", "grasps", "SD cm", "shake %", "CA cm²", "IV cm³", "CA/IV", "epsilon", "depth mm",
-    ];
+    let mut header = vec!["".to_owned(), "grasps".into()];
+    header.extend(Metric::columns().iter().map(|metric| heading(metric)));
+    let header: Vec<&str> = header.iter().map(String::as_str).collect();
     table(&header, &rows)
 }
 
@@ -157,10 +129,11 @@ fn cases(
         (runs.iter()).flat_map(|(run, records)| records.iter().map(|record| Case { run, record }))
     };
     let mut html = String::new();
+    let displacement: MetricGetter = |m| m.sim_displacement_cm;
     for (title, column, is_worst) in [
-        ("Worst: the object moves most", HISTOGRAMS[0].2, true),
-        ("Worst: deepest penetration", HISTOGRAMS[5].2, true),
-        ("Best: the object moves least", HISTOGRAMS[0].2, false),
+        ("Worst: the object moves most", displacement, true),
+        ("Worst: deepest penetration", |m| m.max_penetration_mm, true),
+        ("Best: the object moves least", displacement, false),
     ] {
         let mut ranked: Vec<(f64, Case<'_>)> = all()
             .filter_map(|case| Some((column(case.record.metrics.as_ref()?)?, case)))
@@ -195,15 +168,15 @@ fn case_picture(
     case: &Case<'_>,
 ) -> Result<String> {
     let Case { run, record } = case;
-    let metrics = record.metrics.as_ref();
-    let caption = format!(
-        "{}, start {}: SD {} cm, contact {} cm², {} mm deep",
-        run.name,
-        record.index,
-        number(metrics.and_then(|m| m.sim_displacement_cm), 2),
-        number(metrics.and_then(|m| m.contact_area_cm2), 2),
-        number(metrics.and_then(|m| m.max_penetration_mm), 2),
-    );
+    let mut caption = format!("{}, start {}", run.name, record.index);
+    for key in [
+        "sim_displacement_cm",
+        "contact_area_cm2",
+        "max_penetration_mm",
+    ] {
+        let metric = Metric::named(key).into_iter();
+        caption.extend(metric.map(|m| format!(", {}", m.describe(record.metrics.as_ref()))));
+    }
     let hand = hands[run.hand].as_ref();
     let object = &plan.objects[run.object].name_or_path;
     // A mesh that has gone since costs the picture, not the report.
@@ -233,8 +206,7 @@ fn runs_table(plan: &BatchPlan, runs: &[(&PlannedRun, Vec<GraspRecord>)]) -> Str
         .map(|run| {
             let (run, records) = &runs[*run];
             let metrics = || records.iter().filter_map(|record| record.metrics.as_ref());
-            let holding =
-                metrics().filter(|m| m.sim_displacement_cm.is_some_and(|sd| sd < HOLDS_BELOW_CM));
+            let holding = metrics().filter(|m| m.holds() == Some(true));
             let widest = metrics()
                 .filter_map(|m| m.contact_area_cm2)
                 .fold(None, |most: Option<f64>, area| {

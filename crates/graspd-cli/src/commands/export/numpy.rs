@@ -9,6 +9,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result};
 use graspd::{GraspRecord, write_atomically};
+use graspd_eval::{Metric, MetricKind};
 use graspd_hand::HandPose;
 use nalgebra::UnitQuaternion;
 
@@ -56,6 +57,15 @@ pub(super) fn write(source: &mut GraspSource<'_>, folder: &Path) -> Result<Vec<P
     Ok(groups.into_keys().collect())
 }
 
+/// Metrics without an entry.
+const LEFT_OUT: [&str; 5] = [
+    "contact_area_voxel_count_cm2",
+    "ca_over_iv",
+    "sim_displacement_mean6_cm",
+    "shake_withstood",
+    "self_penetration_mm",
+];
+
 fn dictionary(record: &GraspRecord, pose: &HandPose, names: &[String]) -> Python {
     let text = |text: &str| Python::Text(text.to_owned());
     let mut items = vec![
@@ -72,20 +82,16 @@ fn dictionary(record: &GraspRecord, pose: &HandPose, names: &[String]) -> Python
         items.push(("seed".to_owned(), Python::Int(seed as i64)));
     }
     if let Some(metrics) = &record.metrics {
-        let entry = |name: &str, value: Option<f64>| (name.to_owned(), Python::from(value));
-        let mut metrics_items = vec![
-            entry("contact_area_cm2", metrics.contact_area_cm2),
-            entry(
-                "interpenetration_volume_cm3",
-                metrics.interpenetration_volume_cm3,
-            ),
-            entry("epsilon", metrics.epsilon),
-            entry("gws_volume", metrics.gws_volume),
-            entry("sim_displacement_cm", metrics.sim_displacement_cm),
-            entry("max_penetration_mm", metrics.max_penetration_mm),
-        ];
-        let shake = metrics.shake_success.map_or(Python::None, Python::Bool);
-        metrics_items.push(("shake_success".to_owned(), shake));
+        let entry = |metric: &Metric| {
+            let value = (metric.get)(metrics);
+            let value = match metric.kind {
+                MetricKind::Truth => value.map_or(Python::None, |v| Python::Bool(v != 0.0)),
+                MetricKind::Count => value.map_or(Python::None, |v| Python::Int(v as i64)),
+                MetricKind::Number | MetricKind::Ratio(..) => Python::from(value),
+            };
+            (metric.key.to_owned(), value)
+        };
+        let metrics_items = Metric::exported(&LEFT_OUT).into_iter().map(entry).collect();
         items.push(("metrics".to_owned(), Python::Dict(metrics_items)));
     }
     Python::Dict(items)

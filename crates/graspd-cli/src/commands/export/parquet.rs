@@ -4,9 +4,9 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use anyhow::{Context, Result};
-use graspd::{GraspRecord, HOLDS_BELOW_CM, write_atomically};
-use graspd_eval::GraspMetrics;
-use parquet::data_type::{BoolType, ByteArray, ByteArrayType, DoubleType, Int64Type};
+use graspd::{GraspRecord, write_atomically};
+use graspd_eval::{Metric, MetricKind};
+use parquet::data_type::{BoolType, ByteArrayType, DataType, DoubleType, Int64Type};
 use parquet::file::writer::{
     SerializedColumnWriter, SerializedFileWriter, SerializedRowGroupWriter,
 };
@@ -26,6 +26,7 @@ struct Row {
 }
 
 /// How a column is read from a row. Texts, numbers and switches may be null; lists may be empty.
+#[derive(Clone, Copy)]
 enum Column {
     Text(fn(&Row) -> Option<String>),
     Integer(fn(&Row) -> Option<i64>),
@@ -33,6 +34,7 @@ enum Column {
     Switch(fn(&Row) -> Option<bool>),
     Numbers(fn(&Row) -> Vec<f64>),
     Texts(fn(&Row) -> Vec<String>),
+    Metric(&'static Metric),
 }
 
 use Column::{Integer, Number, Numbers, Switch, Text, Texts};
@@ -48,12 +50,8 @@ fn ordered(row: &Row, joints: Option<&std::collections::BTreeMap<String, f64>>) 
         .collect()
 }
 
-fn metric(row: &Row, pick: fn(&GraspMetrics) -> Option<f64>) -> Option<f64> {
-    pick(row.record.metrics.as_ref()?)
-}
-
-/// Name and content of every column.
-const COLUMNS: &[(&str, Column)] = &[
+/// Name and content of the columns before those of the metrics.
+const BEFORE: &[(&str, Column)] = &[
     ("run", Text(|r| r.run.clone())),
     ("object", Text(|r| Some(r.record.object.clone()))),
     ("object_path", Text(|r| r.record.object_path.clone())),
@@ -111,41 +109,14 @@ const COLUMNS: &[(&str, Column)] = &[
             )
         }),
     ),
-    (
-        "contact_area_cm2",
-        Number(|r| metric(r, |m| m.contact_area_cm2)),
-    ),
-    (
-        "interpenetration_volume_cm3",
-        Number(|r| metric(r, |m| m.interpenetration_volume_cm3)),
-    ),
-    ("ca_over_iv", Number(|r| metric(r, |m| m.ca_over_iv))),
-    ("epsilon", Number(|r| metric(r, |m| m.epsilon))),
-    ("gws_volume", Number(|r| metric(r, |m| m.gws_volume))),
-    (
-        "sim_displacement_cm",
-        Number(|r| metric(r, |m| m.sim_displacement_cm)),
-    ),
-    (
-        "sim_displacement_mean6_cm",
-        Number(|r| metric(r, |m| m.sim_displacement_mean6_cm)),
-    ),
-    (
-        "max_penetration_mm",
-        Number(|r| metric(r, |m| m.max_penetration_mm)),
-    ),
-    (
-        "shake_withstood",
-        Integer(|r| Some(r.record.metrics.as_ref()?.shake_withstood? as i64)),
-    ),
-    (
-        "shake_success",
-        Switch(|r| r.record.metrics.as_ref()?.shake_success),
-    ),
-    (
-        "holds",
-        Switch(|r| Some(r.record.metrics.as_ref()?.sim_displacement_cm? < HOLDS_BELOW_CM)),
-    ),
+];
+
+/// Metrics without a column.
+const LEFT_OUT: [&str; 2] = ["contact_area_voxel_count_cm2", "self_penetration_mm"];
+
+/// Columns after those of the metrics.
+const AFTER: &[(&str, Column)] = &[
+    ("holds", Switch(|r| r.record.metrics.as_ref()?.holds())),
     (
         "preset",
         Text(|r| Some(r.record.optimizer.as_ref()?.preset.clone())),
@@ -168,12 +139,27 @@ const COLUMNS: &[(&str, Column)] = &[
     ),
 ];
 
-/// The schema of the table in Parquet's own words.
-fn schema() -> String {
+/// Lists name and content of every column.
+fn columns() -> Vec<(&'static str, Column)> {
+    let metrics = Metric::exported(&LEFT_OUT).into_iter();
+    let metrics = metrics.map(|metric| (metric.key, Column::Metric(metric)));
+    (BEFORE.iter().copied())
+        .chain(metrics)
+        .chain(AFTER.iter().copied())
+        .collect()
+}
+
+/// Writes the schema of the table in Parquet's own language.
+fn schema(columns: &[(&str, Column)]) -> String {
     let mut text = String::from("message graspd_grasps {\n");
-    for (name, column) in COLUMNS {
+    for (name, column) in columns {
         let field = match column {
             Text(_) => format!("OPTIONAL BYTE_ARRAY {name} (UTF8)"),
+            Column::Metric(metric) => match metric.kind {
+                MetricKind::Count => format!("OPTIONAL INT64 {name}"),
+                MetricKind::Truth => format!("OPTIONAL BOOLEAN {name}"),
+                MetricKind::Number | MetricKind::Ratio(..) => format!("OPTIONAL DOUBLE {name}"),
+            },
             Integer(_) => format!("OPTIONAL INT64 {name}"),
             Number(_) => format!("OPTIONAL DOUBLE {name}"),
             Switch(_) => format!("OPTIONAL BOOLEAN {name}"),
@@ -198,14 +184,15 @@ fn schema() -> String {
 
 /// Writes `grasps.parquet`.
 pub(super) fn write(source: &mut GraspSource<'_>, folder: &Path) -> Result<Vec<PathBuf>> {
-    let schema = Arc::new(parse_message_type(&schema())?);
+    let columns = columns();
+    let schema = Arc::new(parse_message_type(&schema(&columns))?);
     let mut writer = SerializedFileWriter::new(Vec::new(), schema, Arc::default())?;
     let mut rows = Vec::new();
     for number in 0..source.len() {
         rows.extend(rows_of(source, number)?);
         if rows.len() >= GROUP_ROWS || number + 1 == source.len() {
             let mut group = writer.next_row_group()?;
-            write_group(&mut group, &rows)?;
+            write_group(&mut group, &columns, &rows)?;
             group.close()?;
             rows.clear();
         }
@@ -236,9 +223,10 @@ fn rows_of(source: &mut GraspSource<'_>, number: usize) -> Result<Vec<Row>> {
 
 fn write_group<W: std::io::Write + Send>(
     group: &mut SerializedRowGroupWriter<'_, W>,
+    columns: &[(&str, Column)],
     rows: &[Row],
 ) -> Result<()> {
-    for (name, column) in COLUMNS {
+    for (name, column) in columns {
         let mut writer = group
             .next_column()?
             .with_context(|| format!("column {name}"))?;
@@ -255,44 +243,55 @@ fn write_column(
 ) -> Result<()> {
     match column {
         Text(of) => {
-            let (values, levels) = optional(rows.iter().map(of));
-            let values: Vec<ByteArray> = values.iter().map(|text| text.as_str().into()).collect();
-            writer
-                .typed::<ByteArrayType>()
-                .write_batch(&values, Some(&levels), None)?;
+            let texts = rows.iter().map(|row| Some(of(row)?.as_str().into()));
+            write_optional::<ByteArrayType>(writer, texts)
         }
-        Integer(of) => {
-            let (values, levels) = optional(rows.iter().map(of));
-            writer
-                .typed::<Int64Type>()
-                .write_batch(&values, Some(&levels), None)?;
+        Integer(of) => write_optional::<Int64Type>(writer, rows.iter().map(of)),
+        Number(of) => write_optional::<DoubleType>(writer, rows.iter().map(of)),
+        Switch(of) => write_optional::<BoolType>(writer, rows.iter().map(of)),
+        Column::Metric(metric) => {
+            let values = rows
+                .iter()
+                .map(|row| (metric.get)(row.record.metrics.as_ref()?));
+            match metric.kind {
+                MetricKind::Count => {
+                    write_optional::<Int64Type>(writer, values.map(|v| Some(v? as i64)))
+                }
+                MetricKind::Truth => {
+                    write_optional::<BoolType>(writer, values.map(|v| Some(v? != 0.0)))
+                }
+                MetricKind::Number | MetricKind::Ratio(..) => {
+                    write_optional::<DoubleType>(writer, values)
+                }
+            }
         }
-        Number(of) => {
-            let (values, levels) = optional(rows.iter().map(of));
-            writer
-                .typed::<DoubleType>()
-                .write_batch(&values, Some(&levels), None)?;
-        }
-        Switch(of) => {
-            let (values, levels) = optional(rows.iter().map(of));
-            writer
-                .typed::<BoolType>()
-                .write_batch(&values, Some(&levels), None)?;
-        }
-        Numbers(of) => {
-            let (values, there, again) = listed(rows.iter().map(of));
-            writer
-                .typed::<DoubleType>()
-                .write_batch(&values, Some(&there), Some(&again))?;
-        }
+        Numbers(of) => write_lists::<DoubleType>(writer, rows.iter().map(of)),
         Texts(of) => {
-            let (values, there, again) = listed(rows.iter().map(of));
-            let values: Vec<ByteArray> = values.iter().map(|text| text.as_str().into()).collect();
-            writer
-                .typed::<ByteArrayType>()
-                .write_batch(&values, Some(&there), Some(&again))?;
+            let texts = |row| of(row).iter().map(|text| text.as_str().into()).collect();
+            write_lists::<ByteArrayType>(writer, rows.iter().map(texts))
         }
     }
+}
+
+fn write_optional<T: DataType>(
+    writer: &mut SerializedColumnWriter<'_>,
+    cells: impl Iterator<Item = Option<T::T>>,
+) -> Result<()> {
+    let (values, levels) = optional(cells);
+    writer
+        .typed::<T>()
+        .write_batch(&values, Some(&levels), None)?;
+    Ok(())
+}
+
+fn write_lists<T: DataType>(
+    writer: &mut SerializedColumnWriter<'_>,
+    cells: impl Iterator<Item = Vec<T::T>>,
+) -> Result<()> {
+    let (values, there, again) = listed(cells);
+    writer
+        .typed::<T>()
+        .write_batch(&values, Some(&there), Some(&again))?;
     Ok(())
 }
 
@@ -335,6 +334,6 @@ mod tests {
         let (values, there, again) = listed([vec![1, 2], vec![], vec![3]].into_iter());
         assert_eq!(values, [1, 2, 3]);
         assert_eq!((there, again), (vec![1, 1, 0, 1], vec![0, 1, 0, 0]));
-        parse_message_type(&schema()).unwrap();
+        parse_message_type(&schema(&columns())).unwrap();
     }
 }

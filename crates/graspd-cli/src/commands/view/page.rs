@@ -2,7 +2,7 @@
 
 use anyhow::Result;
 use graspd::{GraspRecord, PressingContact, pressing_contacts};
-use graspd_eval::GraspMetrics;
+use graspd_eval::Metric;
 use graspd_geom::Quaternion;
 use graspd_hand::{Hand, HandPose};
 use graspd_view::{
@@ -25,65 +25,14 @@ const FORCE: f64 = 10.0;
 /// Poses from one station of the way to the next, without the last.
 const WAY_POINTS: usize = 8;
 
-/// A column: heading, unit, decimals, explanation, value.
-type Column = (
-    &'static str,
-    &'static str,
-    usize,
-    &'static str,
-    fn(&GraspMetrics) -> Option<f64>,
-);
-
-const COLUMNS: [Column; 8] = [
-    (
-        "SD",
-        "cm",
-        2,
-        "simulation displacement: how far the object moves under gravity while the hand is fixed",
-        |m| m.sim_displacement_cm,
-    ),
-    (
-        "shake",
-        "of 6",
-        0,
-        "forces of the shake test that the grasp withstands",
-        |m| m.shake_withstood.map(|count| count as f64),
-    ),
-    ("CA", "cm²", 2, "contact area", |m| m.contact_area_cm2),
-    ("IV", "cm³", 3, "interpenetration volume", |m| {
-        m.interpenetration_volume_cm3
-    }),
-    (
-        "CA/IV",
-        "1/cm",
-        1,
-        "contact area by interpenetration volume",
-        |m| m.ca_over_iv,
-    ),
-    ("epsilon", "", 4, "Ferrari and Canny's epsilon", |m| {
-        m.epsilon
-    }),
-    ("volume", "", 4, "volume of the grasp wrench space", |m| {
-        m.gws_volume
-    }),
-    (
-        "depth",
-        "mm",
-        2,
-        "largest depth of the hand inside the object",
-        |m| m.max_penetration_mm,
-    ),
-];
-
 /// The page of the first `count` grasps.
 pub(super) fn html(subject: &Subject, count: usize) -> Result<String> {
     let records = &subject.records[..count];
-    let columns: Vec<&Column> = (COLUMNS.iter())
-        .filter(|column| {
-            let metrics = records.iter().filter_map(|record| record.metrics.as_ref());
-            metrics.filter_map(column.4).next().is_some()
-        })
-        .collect();
+    let mut columns = Metric::columns();
+    columns.retain(|column| {
+        let metrics = records.iter().filter_map(|record| record.metrics.as_ref());
+        metrics.filter_map(column.get).next().is_some()
+    });
     let grasps = (0..count)
         .into_par_iter()
         .map(|place| grasp(subject, place, &columns))
@@ -94,11 +43,11 @@ pub(super) fn html(subject: &Subject, count: usize) -> Result<String> {
         hand: subject.hand.as_ref(),
         facts: facts(subject, count),
         columns: (columns.iter())
-            .map(|(label, unit, digits, about, _)| MetricColumn {
-                label: (*label).into(),
-                unit: (*unit).into(),
-                about: (*about).into(),
-                digits: *digits,
+            .map(|metric| MetricColumn {
+                label: metric.label.into(),
+                unit: metric.unit.into(),
+                about: metric.about.into(),
+                digits: metric.digits,
             })
             .collect(),
         loss_names: (LOSSES.iter())
@@ -139,7 +88,7 @@ fn facts(subject: &Subject, count: usize) -> Vec<(String, String)> {
     facts
 }
 
-fn grasp(subject: &Subject, place: usize, columns: &[&Column]) -> Result<PageGrasp> {
+fn grasp(subject: &Subject, place: usize, columns: &[&Metric]) -> Result<PageGrasp> {
     let (record, pose) = (&subject.records[place], &subject.poses[place]);
     let metrics = record.metrics.as_ref();
     let contacts = contacts(subject, place);
@@ -149,7 +98,7 @@ fn grasp(subject: &Subject, place: usize, columns: &[&Column]) -> Result<PageGra
         rank: record.rank,
         index: record.index,
         metrics: (columns.iter())
-            .map(|column| metrics.and_then(column.4))
+            .map(|column| metrics.and_then(column.get))
             .collect(),
         details,
         motion: keyframes(record, subject.hand.as_ref(), pose)?,

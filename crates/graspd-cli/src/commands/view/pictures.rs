@@ -2,6 +2,7 @@
 
 use anyhow::Result;
 use graspd::{GraspRecord, PressingContact};
+use graspd_eval::Metric;
 use graspd_view::{
     Captioned, Dot, Image, SheetGrasp, contact_dots, contact_sheet, trajectory_strip,
 };
@@ -35,24 +36,23 @@ pub(crate) fn caption(record: &GraspRecord) -> Captioned {
             lines: vec!["not judged".into()],
         };
     };
-    let number = |value: Option<f64>, decimals: usize| {
-        value.map_or_else(|| "-".into(), |v| format!("{v:.decimals$}"))
+    let line = |keys: &[&str]| {
+        let chosen = keys.iter().filter_map(|key| Metric::named(key));
+        let parts: Vec<_> = chosen
+            .map(|metric| metric.describe(Some(metrics)))
+            .collect();
+        parts.join("  ")
     };
-    let shake = metrics.shake_withstood;
-    let lines = vec![
-        format!(
-            "SD {} cm  CA {} cm²  IV {} cm³",
-            number(metrics.sim_displacement_cm, 2),
-            number(metrics.contact_area_cm2, 1),
-            number(metrics.interpenetration_volume_cm3, 2),
-        ),
-        format!(
-            "epsilon {}  depth {} mm{}",
-            number(metrics.epsilon, 3),
-            number(metrics.max_penetration_mm, 2),
-            shake.map_or_else(String::new, |count| format!("  shake {count}/6")),
-        ),
+    let mut second = line(&["epsilon", "max_penetration_mm"]);
+    if let Some(count) = metrics.shake_withstood {
+        second += &format!("  shake {count}/6");
+    }
+    let first = [
+        "sim_displacement_cm",
+        "contact_area_cm2",
+        "interpenetration_volume_cm3",
     ];
+    let lines = vec![line(&first), second];
     Captioned { title, lines }
 }
 
