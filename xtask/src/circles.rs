@@ -20,7 +20,6 @@ const LEFT: &[(&str, &str)] = &[
     ("graspd", "attempt -> run"),
     ("graspd", "error -> record"),
     ("graspd-ad", "tape -> var"),
-    ("graspd-eval", "displacement::engine -> displacement::world"),
     ("graspd-eval", "hull::frame -> hull::polytope"),
     ("graspd-geom", "distance::search -> distance::tree"),
     ("graspd-scan", "poisson::octree -> poisson::samples"),

@@ -42,7 +42,8 @@ pub(crate) fn grasps_table(records: &[GraspRecord], summary: &Summary) -> String
     table + &row(&mean_cells("+- (95 %)", half))
 }
 
-/// Returns a label and a value, by its key, for each column; of the shake test, the share of grasps that withstand all.
+/// Returns a label and a value, by its key, for each column; of the shake test, the share of grasps
+/// that withstand all.
 pub(crate) fn mean_cells(label: &str, value: impl Fn(&str) -> Option<f64>) -> Vec<String> {
     let cell = |metric: &Metric| match metric.kind {
         MetricKind::Count => {

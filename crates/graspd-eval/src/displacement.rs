@@ -5,7 +5,7 @@
 //!
 //! | stage | module |
 //! |---|---|
-//! | object as convex pieces | `decomposition`, `convex_piece` |
+//! | object as convex pieces, fixed hand | `bodies`, `decomposition`, `convex_piece` |
 //! | rigid body, its integration | `rigid_body` |
 //! | contacts of pieces with triangles | `narrow_phase` by `sat`, `hill_climbing`, `clipping` |
 //! | contact manifolds of at most four points | `manifold`, `manifold_reduction` |
@@ -14,6 +14,7 @@
 //! | the two tests | `protocol` and `simulation` (displacement), `shake` |
 //! | other engines | `rapier` (feature `rapier`), `external_engine` (jobs for programs outside) |
 
+mod bodies;
 mod clipping;
 mod contact_constraint;
 mod convex_piece;
@@ -40,10 +41,11 @@ mod rapier_tests;
 #[cfg(test)]
 mod tests;
 
+pub use bodies::{DynamicObject, FixedHand};
 pub use convex_piece::ConvexPiece;
 pub use decomposition::{DecompositionSettings, ObjectPieces};
 pub use engine::{GRASPD_ENGINE, PhysicsEngine};
 pub use external_engine::{SimulationAnswer, SimulationJob, convex_parts};
 pub use protocol::{DisplacementSettings, ObjectMotion, SIX_DIRECTIONS, SixDisplacements};
 pub use shake::{ShakeOutcome, ShakeSettings, shake};
-pub use simulation::{DynamicObject, FixedHand, simulate, simulate_six_directions};
+pub use simulation::{simulate, simulate_six_directions};

@@ -67,7 +67,8 @@ impl Metric {
         columns
     }
 
-    /// Lists the metrics but those of these keys in the order of exported columns: real numbers, then counts and truths.
+    /// Lists the metrics but those of these keys in the order of exported columns: real numbers,
+    /// then counts and truths.
     pub fn exported(left_out: &[&str]) -> Vec<&'static Self> {
         let kept = METRICS.iter().filter(|m| !left_out.contains(&m.key));
         let (mut numbers, others): (Vec<_>, Vec<_>) =

@@ -25,8 +25,8 @@ pub struct MetricMeans {
 impl MetricMeans {
     /// Returns the mean of the metric with this key in [`METRICS`]; `None` where no grasp has it.
     ///
-    /// That of a truth is the share of grasps for which it is true (in a median: 1 if it is for at least half of them),
-    /// that of a ratio the ratio of the means.
+    /// That of a truth is the share of grasps for which it is true (in a median: 1 if it is for at
+    /// least half of them), that of a ratio the ratio of the means.
     pub fn get(&self, key: &str) -> Option<f64> {
         let place = METRICS.iter().position(|metric| metric.key == key)?;
         self.values.0[place]

@@ -2,8 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::protocol::{DisplacementSettings, ObjectMotion};
-use super::simulation::{DynamicObject, FixedHand};
+use super::bodies::{DynamicObject, FixedHand};
+use super::protocol::{DisplacementSettings, World};
 use super::world;
 use crate::EvaluationError;
 
@@ -25,37 +25,6 @@ pub enum PhysicsEngine {
     Graspd,
     /// The general engine rapier; needs the feature `rapier` of this crate.
     Rapier,
-}
-
-/// A free object beside a fixed hand, at rest, with the contacts of that pose: common to all directions of gravity.
-pub(super) trait World: Sync {
-    /// Releases the object under gravity along `direction`, of any length.
-    fn release(&self, direction: [f64; 3]) -> Box<dyn Simulation>;
-
-    /// Releases the object for `steps` time steps.
-    ///
-    /// # Errors
-    /// [`EvaluationError::Diverged`].
-    fn simulate(&self, direction: [f64; 3], steps: usize) -> Result<ObjectMotion, EvaluationError> {
-        let mut simulation = self.release(direction);
-        for _ in 0..steps {
-            simulation.step()?;
-        }
-        Ok(simulation.motion())
-    }
-}
-
-/// An object moving beside a fixed hand.
-pub(super) trait Simulation {
-    /// Advances by one time step.
-    ///
-    /// # Errors
-    /// [`EvaluationError::Diverged`].
-    fn step(&mut self) -> Result<(), EvaluationError>;
-    /// Returns an upper bound on the speed of the object's fastest point \[m/s\].
-    fn max_speed(&self) -> f64;
-    /// Returns how the object has moved since it was released.
-    fn motion(&self) -> ObjectMotion;
 }
 
 impl PhysicsEngine {

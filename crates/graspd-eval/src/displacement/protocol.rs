@@ -1,10 +1,12 @@
-//! The simulation-displacement protocol: what is held constant, whatever the physics engine.
+//! The simulation-displacement protocol: what is held constant, and what a physics engine has to do.
 
 use graspd_settings::{
     AT_LEAST_ONE, FINITE, FRACTION, NOT_NEGATIVE, POSITIVE, Ranges, Validate, ranges,
 };
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
+
+use crate::EvaluationError;
 
 /// The protocol's constants (defaults: those of the paper's supplement, section A.6, and of the GANHand release
 /// that it follows).
@@ -88,6 +90,37 @@ impl ObjectMotion {
     pub fn displacement_cm(&self) -> f64 {
         Vector3::from(self.displacement).norm() * 100.0
     }
+}
+
+/// A free object beside a fixed hand, at rest, with the contacts of that pose: common to all directions of gravity.
+pub(super) trait World: Sync {
+    /// Releases the object under gravity along `direction`, of any length.
+    fn release(&self, direction: [f64; 3]) -> Box<dyn Simulation>;
+
+    /// Releases the object for `steps` time steps.
+    ///
+    /// # Errors
+    /// [`EvaluationError::Diverged`].
+    fn simulate(&self, direction: [f64; 3], steps: usize) -> Result<ObjectMotion, EvaluationError> {
+        let mut simulation = self.release(direction);
+        for _ in 0..steps {
+            simulation.step()?;
+        }
+        Ok(simulation.motion())
+    }
+}
+
+/// An object moving beside a fixed hand.
+pub(super) trait Simulation {
+    /// Advances by one time step.
+    ///
+    /// # Errors
+    /// [`EvaluationError::Diverged`].
+    fn step(&mut self) -> Result<(), EvaluationError>;
+    /// Returns an upper bound on the speed of the object's fastest point \[m/s\].
+    fn max_speed(&self) -> f64;
+    /// Returns how the object has moved since it was released.
+    fn motion(&self) -> ObjectMotion;
 }
 
 /// Displacements under gravity along each axis of the object's frame.

@@ -11,10 +11,9 @@ use rapier3d_f64::prelude::{
     RigidBodyBuilder, RigidBodyHandle, RigidBodySet, SharedShape,
 };
 
-use super::engine::{Simulation, World};
+use super::bodies::{DynamicObject, FixedHand};
 use super::narrow_phase::RECYCLE_DISTANCE;
-use super::protocol::{DisplacementSettings, ObjectMotion};
-use super::simulation::{DynamicObject, FixedHand};
+use super::protocol::{DisplacementSettings, ObjectMotion, Simulation, World};
 use super::world::{MAX_PREDICTION, MIN_PREDICTION, PREDICTED_STEPS, SUBSTEPS};
 use crate::EvaluationError;
 

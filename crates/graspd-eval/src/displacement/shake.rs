@@ -12,9 +12,9 @@ use graspd_settings::{AT_LEAST_ONE, NOT_NEGATIVE, POSITIVE, Ranges, Validate, ra
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use super::engine::{PhysicsEngine, World};
-use super::protocol::{DisplacementSettings, SIX_DIRECTIONS};
-use super::simulation::{DynamicObject, FixedHand};
+use super::bodies::{DynamicObject, FixedHand};
+use super::engine::PhysicsEngine;
+use super::protocol::{DisplacementSettings, SIX_DIRECTIONS, World};
 use crate::EvaluationError;
 
 /// A body whose points are all slower than this \[m/s\] ...

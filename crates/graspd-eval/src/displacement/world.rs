@@ -5,11 +5,10 @@ use std::sync::Arc;
 use nalgebra::Vector3;
 use parry3d_f64::math::Vector;
 
-use super::engine::{Simulation, World};
+use super::bodies::{DynamicObject, FixedHand};
 use super::narrow_phase::{HandSurface, NarrowPhaseScratch, PieceContacts};
-use super::protocol::{DisplacementSettings, ObjectMotion};
+use super::protocol::{DisplacementSettings, ObjectMotion, Simulation, World};
 use super::rigid_body::RigidBody;
-use super::simulation::{DynamicObject, FixedHand};
 use super::solver::{Solver, StepSettings};
 use crate::EvaluationError;
 

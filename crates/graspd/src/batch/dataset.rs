@@ -27,7 +27,8 @@ pub struct RunRow {
     pub seed: u64,
     /// How many grasps are kept.
     pub grasps: usize,
-    /// How many of them hold, see [`HOLDS_BELOW_CM`](graspd_eval::HOLDS_BELOW_CM); `None` where displacements were not asked for.
+    /// How many of them hold, see [`HOLDS_BELOW_CM`](graspd_eval::HOLDS_BELOW_CM); `None` where
+    /// displacements were not asked for.
     pub holding: Option<usize>,
     /// How many starts failed.
     pub failed_starts: usize,
