@@ -106,7 +106,7 @@ fn bands_that_are_no_length_are_refused() {
             ..SdfSampling::exact(8, 0.01)
         };
         let error = SdfGrid::sample(&surface, &sampling, &|_| {}).unwrap_err();
-        assert!(error.to_string().contains("the band is"), "{error}");
+        assert!(error.to_string().contains("setting `band` is"), "{error}");
     }
 }
 

@@ -138,15 +138,19 @@ fn writing_replaces_the_file_and_leaves_nothing_else() {
 }
 
 #[test]
-fn a_failure_leaves_the_old_file() {
+fn a_failure_leaves_what_was_there() {
     let folder = folder();
-    let path = file_with(&folder, "old");
-    // A folder stands where the new text would be put first.
-    let temporary = format!("grasps.jsonl.{}.part", std::process::id());
-    std::fs::create_dir(folder.path().join(&temporary)).expect("the folder is ours");
+    // A folder has the file's name: the new text can be written, but not put in its place.
+    let path = folder.path().join("grasps.jsonl");
+    std::fs::create_dir(&path).expect("the folder is ours");
+    std::fs::write(path.join("old"), "old").expect("the folder is ours");
     let error = write_atomically(&path, b"new").expect_err("a folder is in the way");
     assert!(matches!(&error, GraspError::Write { path: named, .. } if *named == path));
-    assert_eq!(std::fs::read(&path).expect("it is there"), b"old");
+    assert_eq!(
+        std::fs::read(path.join("old")).expect("it is there"),
+        b"old"
+    );
+    assert_eq!(names_in(folder.path()), ["grasps.jsonl"]);
 }
 
 #[test]

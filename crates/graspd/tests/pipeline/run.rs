@@ -203,11 +203,7 @@ fn whatever_is_wrong_is_said_before_any_work() {
         count: 0,
         ..good.clone()
     };
-    assert!(
-        failure(&settings(), &none)
-            .to_string()
-            .contains("number of grasps")
-    );
+    assert!(failure(&settings(), &none).to_string().contains("`grasps`"));
 
     let misjudged = RunSettings {
         evaluation: EvaluationSettings {

@@ -7,7 +7,7 @@ use graspd::{
 };
 use graspd_eval::{
     Contact, EpsilonSettings, EvaluationSettings, FingerModel, ferrari_canny,
-    interpenetration_volume_cm3,
+    interpenetration_volume_cm3, largest_radius,
 };
 use graspd_fit::{DepthSettings, FitStage, HandFitter, SkinFitSettings, SkinSamples, fit_hand};
 use graspd_geom::SignedDistance;
@@ -239,8 +239,12 @@ fn a_hand_that_closes_its_grasp_is_rated_above_one_that_leans() {
     let fitter = HandFitter::new(&*HAND, &settings).unwrap();
     let sdf = CAN.simulated.sdf();
     let closure = |fitted| {
-        let contacts = fitter.contacts(sdf, fitted).into_iter().step_by(8);
+        // A few of them, as the pipeline takes.
+        let contacts = fitter.contacts(sdf, fitted);
+        let step = contacts.len().div_ceil(24).max(1);
         let contacts: Vec<_> = contacts
+            .into_iter()
+            .step_by(step)
             .map(|[point, normal]| Contact {
                 point: point.into(),
                 normal,
@@ -250,7 +254,8 @@ fn a_hand_that_closes_its_grasp_is_rated_above_one_that_leans() {
             return 0.0;
         }
         let center = CAN.simulated.center_of_mass().into();
-        let wrenches = FingerModel::hard(0.8, 6).wrenches(&contacts, center, 0.1);
+        let scale = largest_radius(&CAN.source.mesh.vertices, center);
+        let wrenches = FingerModel::hard(0.8, 6).wrenches(&contacts, center, scale);
         ferrari_canny(&wrenches, &EpsilonSettings::sum())
             .unwrap()
             .value
