@@ -203,7 +203,7 @@ fn whatever_is_wrong_is_said_before_any_work() {
         count: 0,
         ..good.clone()
     };
-    assert!(failure(&settings(), &none).to_string().contains("`grasps`"));
+    assert!(failure(&settings(), &none).to_string().contains("`count`"));
 
     let misjudged = RunSettings {
         evaluation: EvaluationSettings {
