@@ -395,3 +395,44 @@ fn never_nan() {
         }
     }
 }
+
+#[test]
+fn by_the_nearest_sample_the_outside_knows_nothing_of_the_shape() {
+    let grid = wavy();
+    // Two cells beyond the box in x and one below it in y; along z between nodes 2 and 3, nearer to 3.
+    let (high, low) = (-0.4 + 6.0 * 0.125, 0.2);
+    let p = Vec3::new(high + 0.25, low - 0.25, 1.0 + 2.7 * 0.5);
+    let (distance, gradient) = grid.distance_and_gradient_by_nearest_sample(p, None);
+    let node = Vec3::new(high, low, 1.0 + 3.0 * 0.5);
+    let beyond = 0.25 * 2f64.sqrt();
+    assert!((distance - (grid.distance(node) + beyond)).abs() < ROUNDING);
+    let outward = Vec3::new(1.0, -1.0, 0.0) * 0.5f64.sqrt();
+    assert!((gradient - outward).norm() < ROUNDING, "{gradient:?}");
+    // The interpolant changes along z there.
+    assert!(grid.distance_and_gradient(p).1.z.abs() > 0.01);
+    let dual = grid.distance_and_gradient_by_nearest_sample(lift::<f64, 3>(p), None);
+    for axis in 0..3 {
+        assert!((dual.0.derivative[axis] - outward.get(axis)).abs() < ROUNDING);
+    }
+    // On the last node along x, whichever cell rounding puts it in.
+    for at in [high - 1e-17, high, high + 1e-12] {
+        let p = Vec3::new(at, low - 0.25, 1.0);
+        let (distance, _) = grid.distance_and_gradient_by_nearest_sample(p, None);
+        let node = grid.distance(Vec3::new(high, low, 1.0));
+        assert!((distance - (node + 0.25)).abs() < 1e-9);
+    }
+}
+
+proptest! {
+    #[test]
+    fn by_the_nearest_sample_the_inside_is_the_same(at in prop::array::uniform3(0.001..0.999f64)) {
+        let grid = wavy();
+        let p = Vec3::new(-0.4 + 0.75 * at[0], 0.2 + at[1], 1.0 + 2.5 * at[2]);
+        let found = grid.distance_and_gradient_by_nearest_sample(p, None);
+        prop_assert_eq!(found, grid.distance_and_gradient(p));
+        let single = Vec3::new(p.x as f32, p.y as f32, p.z as f32);
+        let rest = Vec3::new((p.x - f64::from(single.x)) as f32, 0.0, 0.0);
+        let found = grid.distance_and_gradient_by_nearest_sample(single, Some(rest));
+        prop_assert_eq!(found, grid.distance_and_gradient_of_sum(single, rest));
+    }
+}

@@ -65,6 +65,25 @@ impl SdfGrid {
         self.interpolate(&self.cell(p, Some(rest)))
     }
 
+    /// [`SdfGrid::distance_and_gradient`] at `p + rest`, but outside the grid's box with the sample nearest to c(p) in
+    /// place of the interpolant: phi(p) = sample + |p - c(p)|. The gradient there is the unit vector from c(p) to p
+    /// alone, which says nothing about the object's shape. Jumps where another sample becomes the nearest.
+    #[inline(always)]
+    pub fn distance_and_gradient_by_nearest_sample<T: Real>(
+        &self,
+        p: Vec3<T>,
+        rest: Option<Vec3<T>>,
+    ) -> (T, Vec3<T>) {
+        let mut cell = self.cell(p, rest);
+        let [x, y, z] = cell.within;
+        let inside = x & y & z;
+        let half = T::constant(0.5);
+        let snap = |at: T| T::select(inside, at, (at.detach() + half).floor());
+        cell.at = Vec3::new(snap(cell.at.x), snap(cell.at.y), snap(cell.at.z));
+        cell.within = [inside; 3];
+        self.interpolate(&cell)
+    }
+
     #[inline(always)]
     fn interpolate<T: Real>(&self, cell: &Cell<T>) -> (T, Vec3<T>) {
         let Vec3 { x: _, y, z } = cell.at;
