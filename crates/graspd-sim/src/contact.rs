@@ -91,10 +91,14 @@ impl<T: Real> ContactState<T> {
         let slips = speed_squared.gt(T::zero());
         let speed = T::select(slips, speed_squared, T::one()).sqrt();
         // Friction per depth and speed: k_f sticking, mu k_n / |u_t| sliding. The depth stays outside the minimum: at
-        // depth 0 both sides would tie, and a point that does not touch would always leak the gradient of sticking.
+        // depth 0 both sides would tie, and which of them leaks its gradient would be an accident.
         let sticking = T::constant(params.friction_stiffness);
         let sliding = T::constant(params.friction_coefficient * params.normal_stiffness) / speed;
-        let friction = T::select(slips, sticking.min(sliding), T::zero());
+        let mut friction = sticking.min(sliding);
+        if params.slides_at_zero_depth {
+            friction = T::select(self.depth.gt(T::zero()), friction, sliding);
+        }
+        let friction = T::select(slips, friction, T::zero());
         let stiffness = T::constant(params.normal_stiffness);
         tangential * friction - self.normal * stiffness
     }

@@ -46,6 +46,7 @@ pub(crate) struct ContactLoop<'a, E> {
     pub(crate) contact: ContactParams,
     pub(crate) smoothing: f64,
     pub(crate) length_scale: f64,
+    pub(crate) nearest_sample_outside: bool,
     pub(crate) points: &'a PointBuffer<E>,
     /// What rounding has left of the points' coordinates; empty without [`Precision::HAS_REMAINDER`].
     pub(crate) remainder: &'a PointBuffer<E>,
@@ -65,10 +66,13 @@ impl<E: Precision> ContactLoop<'_, E> {
         point: Vec3<T>,
     ) -> (T, Vec3<T>) {
         let sdf = self.object.sdf();
-        let (distance, gradient) = if E::HAS_REMAINDER {
-            sdf.distance_and_gradient_of_sum(point, load(self.remainder, first))
-        } else {
-            sdf.distance_and_gradient(point)
+        let rest = E::HAS_REMAINDER.then(|| load(self.remainder, first));
+        let (distance, gradient) = match rest {
+            _ if self.nearest_sample_outside => {
+                sdf.distance_and_gradient_by_nearest_sample(point, rest)
+            }
+            Some(rest) => sdf.distance_and_gradient_of_sum(point, rest),
+            None => sdf.distance_and_gradient(point),
         };
         (distance - T::constant(self.smoothing), gradient)
     }

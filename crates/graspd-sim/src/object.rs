@@ -1,5 +1,7 @@
 //! The grasped object, as the simulation sees it.
 
+use std::sync::Arc;
+
 use graspd_ad::Real;
 use graspd_geom::{SdfGrid, Vec3};
 use nalgebra::{Matrix3, Point3};
@@ -10,7 +12,7 @@ use crate::params::{Twist, Wrench};
 /// A rigid object: its shape as a distance grid, and its inertia. It stays at the identity pose.
 #[derive(Clone, Debug)]
 pub struct SimulatedObject {
-    sdf: SdfGrid,
+    sdf: Arc<SdfGrid>,
     mass: f64,
     center_of_mass: Vec3<f64>,
     inverse_inertia: [Vec3<f64>; 3],
@@ -25,6 +27,28 @@ impl SimulatedObject {
     /// finite.
     pub fn new(
         sdf: SdfGrid,
+        mass: f64,
+        center_of_mass: Point3<f64>,
+        inertia: Matrix3<f64>,
+    ) -> Result<Self, SimulationError> {
+        Self::of_shape(Arc::new(sdf), mass, center_of_mass, inertia)
+    }
+
+    /// An object of this one's shape, with other mass properties, see [`SimulatedObject::new`].
+    ///
+    /// # Errors
+    /// As [`SimulatedObject::new`].
+    pub fn with_mass(
+        &self,
+        mass: f64,
+        center_of_mass: Point3<f64>,
+        inertia: Matrix3<f64>,
+    ) -> Result<Self, SimulationError> {
+        Self::of_shape(Arc::clone(&self.sdf), mass, center_of_mass, inertia)
+    }
+
+    fn of_shape(
+        sdf: Arc<SdfGrid>,
         mass: f64,
         center_of_mass: Point3<f64>,
         inertia: Matrix3<f64>,

@@ -2,7 +2,7 @@
 
 use graspd_geom::Vec3;
 use graspd_settings::{
-    AT_LEAST_ONE, FINITE, FRACTION, NOT_NEGATIVE, POSITIVE, Ranges, Validate, ranges,
+    ANY, AT_LEAST_ONE, FINITE, FRACTION, NOT_NEGATIVE, POSITIVE, Ranges, Validate, ranges,
 };
 
 /// Stiffness and friction of the contact between hand and object.
@@ -17,6 +17,9 @@ pub struct ContactParams {
     /// alpha, the fraction of the gradient that reaches points which do not touch; paper: 0.1. With 0 a point
     /// that does not touch feels nothing.
     pub leak: f64,
+    /// At depth 0, leaks the gradient of sliding friction at every speed; paper: of sticking below mu k_n / k_f. The
+    /// force itself is 0 there either way.
+    pub slides_at_zero_depth: bool,
 }
 
 impl Default for ContactParams {
@@ -26,6 +29,7 @@ impl Default for ContactParams {
             friction_stiffness: 1e8,
             friction_coefficient: 0.8,
             leak: 0.1,
+            slides_at_zero_depth: false,
         }
     }
 }
@@ -61,6 +65,9 @@ pub struct SimulationParams {
     /// grow by s, the mass by s^3 and the inertia by s^5. Depths stay real ones: the stiffnesses of `contact` have
     /// to be s times those of the larger world, where depths are s times as large.
     pub length_scale: f64,
+    /// Outside the distance grid, takes the nearest sample plus the distance to the grid's box, see
+    /// [`SdfGrid::distance_and_gradient_by_nearest_sample`](graspd_geom::SdfGrid).
+    pub nearest_sample_outside: bool,
 }
 
 impl Default for SimulationParams {
@@ -75,6 +82,7 @@ impl Default for SimulationParams {
             time_step: 1e-5,
             velocities: vec![moving(0.0), moving(0.01), moving(-0.01)],
             length_scale: 1.0,
+            nearest_sample_outside: false,
         }
     }
 }
@@ -86,6 +94,7 @@ impl Validate for ContactParams {
             friction_stiffness: POSITIVE,
             friction_coefficient: NOT_NEGATIVE,
             leak: FRACTION,
+            slides_at_zero_depth: ANY,
         }
     }
 }
@@ -98,7 +107,7 @@ impl Validate for SimulationParams {
                 linear.x, linear.y, linear.z, angular.x, angular.y, angular.z,
             ]
         });
-        ranges! { self => time_step: POSITIVE, length_scale: POSITIVE }
+        ranges! { self => time_step: POSITIVE, length_scale: POSITIVE, nearest_sample_outside: ANY }
             .with(
                 "velocities (their number)",
                 &self.velocities.len(),

@@ -32,6 +32,7 @@ macro_rules! contact_loop {
             contact: $scene.contact,
             smoothing: $scene.smoothing,
             length_scale: $scene.params.length_scale,
+            nearest_sample_outside: $scene.params.nearest_sample_outside,
             points: &$scene.contacts,
             remainder: E::remainder(&$scene.scratch)
                 .filter(|remainder| remainder.len() == $scene.contacts.len())

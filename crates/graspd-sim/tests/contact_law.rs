@@ -187,3 +187,28 @@ fn no_derivative_is_nan_where_the_distance_has_no_gradient() {
     let derivative = forward([0.0; 3], &twist([0.01; 3], [0.0; 3]), 0.1);
     assert!(derivative.iter().all(|d| d.is_finite()), "{derivative:?}");
 }
+
+#[test]
+fn what_does_not_touch_may_leak_sliding_friction_at_every_speed() {
+    let sliding = ContactParams {
+        slides_at_zero_depth: true,
+        ..ContactParams::default()
+    };
+    let per_depth = |depth: f64, speed: f64, params: &ContactParams| {
+        let state = ContactState {
+            depth,
+            normal: Vec3::new(0.0, 0.0, 1.0),
+            lever: Vec3::new(0.0, 0.0, RADIUS),
+        };
+        let wrench = state.wrench_per_depth(&twist([speed, 0.0, 0.0], [0.0; 3]), params);
+        wrench.force.x
+    };
+    // Below 8 mm/s contacts stick: k_f |u_t| for each metre of depth, against mu k_n for sliding.
+    let slow = 0.004;
+    assert!((per_depth(0.0, slow, &ContactParams::default()) + 1e8 * slow).abs() < 1e-6);
+    assert!((per_depth(0.0, slow, &sliding) + 0.8e6).abs() < 1e-6);
+    // What touches still sticks, what slides anyway is the same, and at rest there is no friction.
+    assert!((per_depth(1e-9, slow, &sliding) + 1e8 * slow).abs() < 1e-6);
+    assert!((per_depth(0.0, 0.02, &sliding) + 0.8e6).abs() < 1e-6);
+    assert_eq!(per_depth(0.0, 0.0, &sliding), 0.0);
+}

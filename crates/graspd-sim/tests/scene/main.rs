@@ -1,6 +1,7 @@
 //! Scenes: the built-in hand at analytic objects.
 
 mod contacts_task;
+mod force_step;
 mod gradients;
 mod invariance;
 mod physics;

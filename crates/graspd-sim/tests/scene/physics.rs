@@ -245,3 +245,37 @@ fn the_closest_distance_is_that_of_the_undilated_object() {
     assert!((scene.closest_distance() - exact).abs() < 1e-4);
     assert!((scene.closest_distance() + DEPTH).abs() < 1e-9);
 }
+
+/// Dilated by 5 cm, the object touches contacts outside its grid, where the nearest sample gives no shape.
+#[test]
+fn distances_outside_the_grid_are_by_the_nearest_sample_if_so_set() {
+    const RADIUS: f64 = 0.05;
+    let object = object(ball);
+    let params = SimulationParams {
+        nearest_sample_outside: true,
+        ..params()
+    };
+    let pose = pose_at(&object, CENTER, 6, -0.02);
+    let mut scene = Scene::<f64>::new(&*HAND, &object, &params);
+    scene.set_smoothing(RADIUS);
+    scene.place(&pose);
+    scene.contact_wrenches();
+    let mut outside = 0;
+    let sdf = object.sdf();
+    for c in 0..scene.contacts().len() {
+        let p = scene.contacts().get(c);
+        let (distance, gradient) = sdf.distance_and_gradient_by_nearest_sample(p, None);
+        // The object is at rest in the first simulation: normal force alone.
+        let force = gradient.normalize_or_zero()
+            * (params.contact.normal_stiffness * (distance - RADIUS).min(0.0));
+        for (k, expected) in [force.x, force.y, force.z].into_iter().enumerate() {
+            let found = scene.wrenches()[c / 8 * 3 * BLOCK + (3 + k) * 8 + c % 8];
+            assert!(
+                (found - expected).abs() <= 1e-9 * (1.0 + expected.abs()),
+                "{found} {expected}"
+            );
+        }
+        outside += usize::from(distance < RADIUS && gradient != sdf.distance_and_gradient(p).1);
+    }
+    assert!(outside > 10, "{outside}");
+}
