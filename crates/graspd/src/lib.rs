@@ -75,6 +75,7 @@ mod pressing;
 mod rank;
 mod record;
 mod record_file;
+mod released;
 mod run;
 mod start;
 mod summary;

@@ -89,6 +89,15 @@ pub struct SynthesisSettings {
     /// base's position, margin, standoff and stiffnesses are of that larger world; paper: 1, released code: 2.
     #[serde(default = "one")]
     pub length_scale: f64,
+    /// Whether L_range, L_limit, L_inter and the limits at the end apply to hands with a soft skin (the layout of
+    /// MANO), too; paper: no.
+    #[serde(default = "yes")]
+    pub soft_hand_losses: bool,
+    /// Does what the released code does where neither the paper nor another setting says so: the object's mass, the
+    /// units and the multiplier of the task constraint, the rotation among the joints, one optimiser for both blocks,
+    /// and distances outside the grid, see [`SynthesisSettings::released`].
+    #[serde(default)]
+    pub released_code: bool,
     /// Moves the base first and then, with L_phys evaluated anew, the joints; released code: yes, paper: both at once.
     #[serde(default)]
     pub block_coordinate: bool,
@@ -196,6 +205,8 @@ impl Validate for SynthesisSettings {
             object_velocities: FINITE.unit("m/s").source(PAPER),
             density: POSITIVE.unit("kg/m^3").source(RELEASED),
             length_scale: POSITIVE.source(RELEASED),
+            soft_hand_losses: ANY.source(PAPER_OPTIMIZER),
+            released_code: ANY.source(RELEASED),
             block_coordinate: ANY.source(RELEASED),
             relaxation: ANY.source(PAPER),
         }
@@ -210,10 +221,10 @@ impl Validate for SynthesisSettings {
 
 impl SynthesisSettings {
     /// The simulation by itself, made to settle. It departs from [`SynthesisSettings::paper`] in
-    /// five ways: contacts are soft while the hand finds its place and stiffen at the end; rates
+    /// six ways: contacts are soft while the hand finds its place and stiffen at the end; rates
     /// decay, so that the last steps settle; joints are kept within their limits; the object has to
-    /// be stopped from four directions (the corners of a tetrahedron) instead of one line; and the
-    /// final stiffness is lower.
+    /// be stopped from four directions (the corners of a tetrahedron) instead of one line; the
+    /// final stiffness is lower; and soft hands have the losses of the others.
     pub fn soft() -> Self {
         Self {
             preset: "soft".into(),
@@ -221,6 +232,7 @@ impl SynthesisSettings {
             decay_factor: 0.003,
             force_decay_factor: 0.01,
             clamp_joints: true,
+            soft_hand_losses: true,
             normal_stiffness: 3e4,
             friction_stiffness: 3e6,
             soft_stiffness: 1e4,
@@ -321,6 +333,8 @@ impl SynthesisSettings {
             object_velocities: vec![[0.0; 3], [0.01; 3], [-0.01; 3]],
             density: 1000.0,
             length_scale: 1.0,
+            soft_hand_losses: false,
+            released_code: false,
             block_coordinate: false,
             relaxation: true,
             constraint_method: ConstraintMethod::Mdmm,
@@ -339,22 +353,27 @@ impl SynthesisSettings {
         }
     }
 
-    /// What the authors' released code does where it differs from the paper: Adam for the pose, at
-    /// a lower rate for the base and after a warm-up; base and joints moved one after the other; 10
-    /// 000 steps; hand and object at twice their size. The smoothing takes as many steps as the
-    /// paper's, for want of another number.
+    /// What the authors' released code does where it differs from the paper: Adam for the pose, at a lower rate for
+    /// the base's position and after a warm-up; 10 000 steps; hand and object at twice their size; the base's position
+    /// first, and then, with L_phys evaluated anew, its rotation and the joints. And by `released_code`:
+    /// * every object weighs 4.71 kg at that size, with the centre of mass near the mesh's origin, see
+    ///   `released.rs`;
+    /// * the task constraint is 1e5 L_task < 10, which makes its damping 100 times as strong; its multiplier never
+    ///   falls by less violation, and moves by Adamax; the targets' rate has the warm-up, too;
+    /// * one Adam sees the whole gradient in both blocks' steps, of which each block takes its part;
+    /// * outside the grid the distance is the nearest sample's plus that to the grid's box;
+    /// * what does not touch leaks sliding friction at every speed.
     pub fn released() -> Self {
         Self {
             preset: "released".into(),
             steps: 10_000,
             stiffening_end: 10_000,
             translation_rate: 1e-3,
-            rotation_rate: 1e-3,
-            articulation_rate: 3e-3,
             pose_uses_adam: true,
             warmup_steps: 200,
             decay_start: 10_000,
             length_scale: 2.0,
+            released_code: true,
             block_coordinate: true,
             ..Self::paper()
         }
@@ -407,6 +426,7 @@ impl SynthesisSettings {
                 friction_stiffness: self.length_scale * self.friction_stiffness,
                 friction_coefficient: self.friction_coefficient,
                 leak: self.leak,
+                slides_at_zero_depth: self.released_code,
             },
             time_step: self.time_step,
             velocities: self
@@ -418,6 +438,7 @@ impl SynthesisSettings {
                 })
                 .collect(),
             length_scale: self.length_scale,
+            nearest_sample_outside: self.released_code,
         }
     }
 
@@ -439,13 +460,21 @@ impl SynthesisSettings {
 
     /// The factor on the pose rates at each step.
     pub(crate) fn pose_decay(&self) -> Result<Schedule, GraspError> {
-        let rate = Schedule::constant(1.0)?.with_warm_up(self.warmup_steps.max(1))?;
-        self.decaying(rate, self.decay_factor)
+        self.decaying(self.warming_up()?, self.decay_factor)
     }
 
     /// The factor on the rate of the target wrenches at each step.
     pub(crate) fn force_decay(&self) -> Result<Schedule, GraspError> {
-        self.decaying(Schedule::constant(1.0)?, self.force_decay_factor)
+        let rate = if self.released_code {
+            self.warming_up()?
+        } else {
+            Schedule::constant(1.0)?
+        };
+        self.decaying(rate, self.force_decay_factor)
+    }
+
+    fn warming_up(&self) -> Result<Schedule, GraspError> {
+        Ok(Schedule::constant(1.0)?.with_warm_up(self.warmup_steps.max(1))?)
     }
 
     fn decaying(&self, rate: Schedule, factor: f64) -> Result<Schedule, GraspError> {

@@ -6,7 +6,8 @@ use graspd_hand::{
     Hand, HandPose, Kinematics, Limit, POINT_PADDING, PoseGradient, clamp_to_limits,
 };
 use graspd_opt::{
-    Adamax, AdamaxIteration, AdamaxSettings, Constraint, Optimizer, ParameterGroup, Schedule,
+    Adamax, AdamaxIteration, AdamaxSettings, Constraint, InequalityForm, MultiplierUpdate,
+    Optimizer, ParameterGroup, Schedule,
 };
 use graspd_settings::Validate;
 use graspd_sim::{
@@ -17,6 +18,7 @@ use graspd_sim::{
 use crate::GraspError;
 use crate::ablation::ConstraintMethod;
 use crate::preset::SynthesisSettings;
+use crate::released::with_released_mass;
 
 /// The losses at one step.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -36,7 +38,7 @@ pub struct Losses {
 /// Where an optimisation ended.
 #[derive(Clone, Debug)]
 pub struct Synthesis {
-    /// The grasp, its joints within their limits.
+    /// The grasp, its joints within their limits (those of a soft hand only with `soft_hand_losses`).
     pub pose: HandPose,
     /// The losses before the last step.
     pub losses: Losses,
@@ -68,6 +70,13 @@ where
 {
     settings.validate()?;
     let simulation = settings.simulation();
+    let released;
+    let object = if settings.released_code {
+        released = with_released_mass(object, settings.length_scale)?;
+        &released
+    } else {
+        object
+    };
     let mut state = Optimization::<E>::new(hand, object, &simulation, start, settings)?;
     let smoothing = state.smoothing_schedule()?;
     let softness = settings.softness()?;
@@ -93,33 +102,46 @@ fn contact_at(contact: &ContactParams, softness: f64) -> ContactParams {
     }
 }
 
-/// The constraint value < limit in units of the limit, so that one damping and one rate suit constraints of any unit.
+/// The constraint value < limit, in a unit in which one damping and one rate suit constraints of any limit.
 struct RelativeConstraint {
-    limit: f64,
+    unit: f64,
     constraint: Constraint,
     has_multiplier: bool,
 }
 
 impl RelativeConstraint {
+    /// In units of the limit.
     fn new(limit: f64, settings: &SynthesisSettings) -> Self {
+        Self::in_parts(limit, 1.0, settings)
+    }
+    /// In units of the limit's part of which there are `parts` in it.
+    fn in_parts(limit: f64, parts: f64, settings: &SynthesisSettings) -> Self {
         // With a multiplier that stays 0, damping is a quadratic penalty.
         let (damping, has_multiplier) = match settings.constraint_method {
             ConstraintMethod::Mdmm => (settings.damping, true),
             ConstraintMethod::Penalty { weight } => (weight, false),
         };
         Self {
-            limit,
-            constraint: Constraint::less_than(1.0).with_damping(damping),
+            unit: limit / parts,
+            constraint: Constraint::less_than(parts).with_damping(damping),
             has_multiplier,
         }
     }
+    /// In units of a tenth of the limit, and with a multiplier that moves as in the released code.
+    fn released(limit: f64, settings: &SynthesisSettings) -> Result<Self, GraspError> {
+        let mut made = Self::in_parts(limit, 10.0, settings);
+        made.constraint = (made.constraint)
+            .with_form(InequalityForm::Max)
+            .with_update(MultiplierUpdate::Adamax(AdamaxSettings::default()))?;
+        Ok(made)
+    }
     /// d Lagrangian / d value.
     fn weight(&self, value: f64) -> f64 {
-        self.constraint.weight(value / self.limit) / self.limit
+        self.constraint.weight(value / self.unit) / self.unit
     }
     fn ascend(&mut self, rate: f64, value: f64) {
         if self.has_multiplier {
-            self.constraint.ascend(rate, value / self.limit);
+            self.constraint.ascend(rate, value / self.unit);
         }
     }
 }
@@ -164,6 +186,7 @@ enum Block {
 struct Optimization<'a, E: Precision> {
     settings: &'a SynthesisSettings,
     limits: Option<&'a [Limit]>,
+    intersection_weight: f64,
     scene: Scene<'a, E>,
     contact: ContactParams,
     pose: HandPose,
@@ -182,7 +205,7 @@ struct Optimization<'a, E: Precision> {
     flat_update: Vec<f64>,
     groups: [ParameterGroup; 3],
     pose_optimizer: Box<dyn Optimizer<f64>>,
-    /// Of the joints, where they move by themselves: each block counts its own steps.
+    /// Of the joints, where they move by themselves and each block counts its own steps.
     joint_optimizer: Box<dyn Optimizer<f64>>,
     limit: RelativeConstraint,
 }
@@ -203,9 +226,15 @@ where
         let articulation = start.articulation.len();
         let pose_len = 6 + articulation;
         let group = |range, rate| ParameterGroup { range, rate };
+        let has_losses = settings.soft_hand_losses || !hand.is_soft();
         Ok(Self {
             settings,
-            limits: hand.limits(),
+            limits: hand.limits().filter(|_| has_losses),
+            intersection_weight: if has_losses {
+                settings.intersection_weight
+            } else {
+                0.0
+            },
             scene,
             contact: simulation.contact,
             pose: start,
@@ -214,7 +243,11 @@ where
             force_decay: settings.force_decay()?,
             force_optimizer: Adamax::new(targets.state_len(), AdamaxSettings::default())?,
             targets,
-            task: RelativeConstraint::new(settings.task_limit, settings),
+            task: if settings.released_code {
+                RelativeConstraint::released(settings.task_limit, settings)?
+            } else {
+                RelativeConstraint::new(settings.task_limit, settings)
+            },
             gradient: PoseGradient::zero(articulation),
             flat_gradient: vec![0.0; pose_len],
             flat_update: vec![0.0; pose_len],
@@ -279,7 +312,7 @@ where
         let stiffness = self.contact.normal_stiffness;
         self.losses.intersection = self
             .scene
-            .intersection_loss(self.settings.intersection_weight * stiffness * stiffness);
+            .intersection_loss(self.intersection_weight * stiffness * stiffness);
         self.scene.pull_back(&self.pose, &mut self.gradient);
         if let Some(limits) = self.limits {
             let articulation = &self.pose.articulation;
@@ -347,11 +380,21 @@ where
             group.rate = rate * decay;
         }
         let (optimizer, groups) = match block {
+            _ if settings.released_code => (&mut self.pose_optimizer, &self.groups[..]),
             Block::All => (&mut self.pose_optimizer, &self.groups[..]),
             Block::Base => (&mut self.pose_optimizer, &self.groups[..2]),
             Block::Joints => (&mut self.joint_optimizer, &self.groups[2..]),
         };
         optimizer.update_groups(groups, &self.flat_gradient, &mut self.flat_update);
+        if settings.released_code {
+            // The one optimiser has seen all; only the block moves, and the rotation counts among the joints.
+            let held = match block {
+                Block::All => 0..0,
+                Block::Base => 3..self.flat_update.len(),
+                Block::Joints => 0..3,
+            };
+            self.flat_update[held].fill(0.0);
+        }
 
         let update = &self.flat_update;
         let vector = |first: usize| [update[first], update[first + 1], update[first + 2]].into();
@@ -378,5 +421,48 @@ where
             losses: self.losses,
             steps: self.settings.steps,
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_task_constraint_of_the_released_code_is_stronger_and_moves_by_adamax() {
+        let settings = SynthesisSettings::released();
+        let limit = settings.task_limit;
+        let mut usual = RelativeConstraint::new(limit, &settings);
+        let mut released = RelativeConstraint::released(limit, &settings).unwrap();
+        // 1e5 L - 10 = 10 against L / 1e-4 - 1 = 1 at twice the limit.
+        let weights = |a: &RelativeConstraint, b: &RelativeConstraint, value: f64| {
+            (a.weight(value), b.weight(value))
+        };
+        let (a, b) = weights(&usual, &released, 2.0 * limit);
+        assert!(
+            (a - 1e4).abs() < 1e-9 * a && (b - 1e6).abs() < 1e-9 * b,
+            "{a} {b}"
+        );
+        // Plain ascent by rate times violation; Adamax by the rate, whatever the violation.
+        for constraint in [&mut usual, &mut released] {
+            constraint.ascend(0.01, 3.0 * limit);
+        }
+        assert!((usual.constraint.multiplier() - 0.02).abs() < 1e-9);
+        assert!((released.constraint.multiplier() - 0.01).abs() < 1e-9);
+        // Where the limit holds, nothing is left of the multiplier's pull.
+        let (a, b) = weights(&usual, &released, 0.99 * limit);
+        assert!(a > 0.0 && b == 0.0, "{a} {b}");
+    }
+
+    #[test]
+    fn the_targets_warm_up_in_the_released_code() {
+        let first = |settings: &SynthesisSettings| settings.force_decay().unwrap().value(0);
+        let released = SynthesisSettings::released();
+        assert_eq!(first(&released), 1.0 / 200.0);
+        let other = SynthesisSettings {
+            released_code: false,
+            ..released
+        };
+        assert_eq!(first(&other), 1.0);
     }
 }

@@ -86,6 +86,9 @@ fn the_released_variant_moves_the_base_first_at_its_own_rate() {
     let simulation = released.simulation();
     assert_eq!(simulation.length_scale, 2.0);
     assert_eq!(simulation.contact.normal_stiffness, 2e6);
+    assert!(simulation.nearest_sample_outside && simulation.contact.slides_at_zero_depth);
+    let paper = SynthesisSettings::paper().simulation();
+    assert!(!paper.nearest_sample_outside && !paper.contact.slides_at_zero_depth);
     let settings = SynthesisSettings {
         warmup_steps: 1,
         steps: 2,

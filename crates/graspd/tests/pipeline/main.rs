@@ -12,6 +12,7 @@ mod preset;
 mod rank;
 mod record;
 mod record_files;
+mod released;
 mod run;
 mod skin_fit;
 mod start;
