@@ -34,6 +34,9 @@ pub(crate) struct Options {
     /// Settings that differ from the preset's
     #[arg(long, value_name = "FILE.toml")]
     pub(super) config: Option<PathBuf>,
+    /// One of these settings, as of `graspd synth`; may be repeated
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    settings: Vec<String>,
     /// Say which differences to an earlier run, its `evaluation.json` or its folder, are significant
     #[arg(long, value_name = "FILE|DIR")]
     pub(super) against: Option<PathBuf>,
@@ -69,6 +72,9 @@ impl Options {
         if let Some(config) = &self.config {
             add("--config", config.to_string_lossy().into_owned());
         }
+        for setting in &self.settings {
+            add("--set", setting.clone());
+        }
         arguments
     }
 
@@ -86,6 +92,9 @@ impl Options {
         }
         if let Some(config) = &self.config {
             title += &format!("-{}", stem(config));
+        }
+        for setting in &self.settings {
+            title += &format!("-{}", setting.trim_start_matches("settings."));
         }
         title
     }
@@ -129,15 +138,15 @@ pub(super) mod tests {
     fn options_are_those_of_the_usage() {
         let options = parse(
             "--hand allegro --objects table4 --preset soft --starts 5 --steps 700 --seed 3 --resolution 128 \
-             --without mdmm --config a/stiff.toml --against b -o c --threads 2 --graspd d",
+             --without mdmm --config a/stiff.toml --set settings.leak=0.2 --against b -o c --threads 2 --graspd d",
         )
         .unwrap();
         assert_eq!(options.objects, "table4");
-        assert_eq!(options.title(), "allegro-soft-without-mdmm-stiff");
+        assert_eq!(options.title(), "allegro-soft-without-mdmm-stiff-leak=0.2");
         assert_eq!(
             options.command(),
             "cargo xtask evaluate --objects table4 --hand allegro --preset soft --starts 5 --seed 3 --steps 700 \
-             --resolution 128 --without mdmm --config a/stiff.toml"
+             --resolution 128 --without mdmm --config a/stiff.toml --set settings.leak=0.2"
         );
         let repeated = options.command();
         let again = parse(repeated.trim_start_matches("cargo xtask evaluate")).unwrap();
