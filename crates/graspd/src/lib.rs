@@ -77,6 +77,7 @@ mod record;
 mod record_file;
 mod released;
 mod run;
+mod run_description;
 mod start;
 mod summary;
 mod synthesis;
@@ -111,6 +112,7 @@ pub use record_file::{read_records, write_atomically, write_records};
 pub use run::{
     Grasp, GraspMaker, RunObserver, RunSettings, TrajectoryPoint, draw_start, synthesize_grasps,
 };
+pub use run_description::{Machine, ObjectRepair, RunDescription};
 pub use start::{PAPER_STANDOFF, initial_pose, start_rng, transform_object_hand};
 pub use summary::{MetricMeans, Summary};
 pub use synthesis::{Losses, Synthesis, synthesize};

@@ -1,106 +1,13 @@
 //! What a run leaves in its folder.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use anyhow::{Context, Result, anyhow, bail};
-use graspd::{
-    ExecutionSettings, Grasp, GraspRecord, Summary, SynthesisSettings, TrajectoryPoint,
-    write_atomically, write_records,
-};
+use graspd::{Grasp, GraspRecord, Summary, TrajectoryPoint, write_atomically, write_records};
 use graspd_geom::TriangleMesh;
-use graspd_hand::{Hand, SkinOptions};
-use graspd_mesh::{RepairReport, save_obj};
+use graspd_hand::Hand;
+use graspd_mesh::save_obj;
 use ndarray::{Array1, Array2};
-use serde::Serialize;
-
-/// `run.toml`: everything that a run depends on.
-#[derive(Serialize)]
-pub(crate) struct RunDescription<'a> {
-    pub(crate) graspd_version: &'static str,
-    pub(crate) record_schema: &'static str,
-    pub(crate) object: &'a str,
-    pub(crate) object_scale: f64,
-    pub(crate) hand: &'a str,
-    pub(crate) hand_mirrored: bool,
-    /// Where a URDF's meshes were looked for.
-    pub(crate) package_paths: &'a [PathBuf],
-    pub(crate) seed: u64,
-    pub(crate) grasps: usize,
-    /// How many of them are kept; absent where all are.
-    pub(crate) top_k: Option<usize>,
-    pub(crate) sdf_resolution: usize,
-    pub(crate) sdf_padding_m: f64,
-    pub(crate) machine: Machine,
-    /// Of skinned hands, what they were made with where it was asked for.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub(crate) hand_skin: Option<&'a SkinOptions>,
-    /// What was done to close the object's surface; absent where nothing was. All else is about the repaired surface.
-    pub(crate) object_repair: Option<RepairOutcome>,
-    pub(crate) settings: &'a SynthesisSettings,
-    pub(crate) execution: &'a ExecutionSettings,
-    pub(crate) evaluation: &'a graspd_eval::EvaluationSettings,
-}
-
-/// What a repair did, as files have it. Lengths in metres, areas in m^2.
-#[derive(Serialize)]
-pub(crate) struct RepairOutcome {
-    /// `untouched`, `mended` or `resurfaced`.
-    tier: &'static str,
-    summary: String,
-    holes_filled: usize,
-    largest_hole_m: f64,
-    degenerate_faces_dropped: usize,
-    repeated_faces_dropped: usize,
-    vertices_welded: usize,
-    vertices_split: usize,
-    faces_flipped: usize,
-    slivers_removed: usize,
-    small_components_dropped: usize,
-    inner_components_dropped: usize,
-    flat_components_dropped: usize,
-    /// Greatest distance found from the input to the result, and the other way.
-    input_to_result_m: f64,
-    result_to_input_m: f64,
-    /// Of the grid, where the surface was made anew.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    spacing_m: Option<f64>,
-    thickened_fraction: f64,
-}
-
-impl RepairOutcome {
-    pub(crate) fn of(report: &RepairReport) -> Self {
-        let diameters = report.holes.iter().map(|hole| hole.diameter);
-        Self {
-            tier: report.tier.name(),
-            summary: report.summary(),
-            holes_filled: report.holes.len(),
-            largest_hole_m: diameters.fold(0.0, f64::max),
-            degenerate_faces_dropped: report.degenerate_dropped,
-            repeated_faces_dropped: report.copies_dropped,
-            vertices_welded: report.vertices_welded,
-            vertices_split: report.vertices_split,
-            faces_flipped: report.faces_flipped,
-            slivers_removed: report.slivers_removed,
-            small_components_dropped: report.small_components_dropped,
-            inner_components_dropped: report.inner_components_dropped,
-            flat_components_dropped: report.flat_components_dropped,
-            input_to_result_m: report.input_to_result,
-            result_to_input_m: report.result_to_input,
-            spacing_m: report.spacing,
-            thickened_fraction: report.thickened,
-        }
-    }
-}
-
-/// Where a run was made.
-#[derive(Serialize)]
-pub(crate) struct Machine {
-    pub(crate) os: &'static str,
-    pub(crate) arch: &'static str,
-    /// Cores that the program may use; absent where the system does not tell.
-    pub(crate) cores: Option<usize>,
-    pub(crate) threads: usize,
-}
 
 /// Makes the folder and tries to write in it, so that a mistaken path is found before the work and not after.
 pub(crate) fn prepare_folder(folder: &Path) -> Result<()> {
@@ -168,12 +75,6 @@ pub(crate) fn remove_leftovers(folder: &Path) -> Result<()> {
         }
     }
     Ok(())
-}
-
-/// Writes `run.toml`.
-pub(crate) fn write_run(folder: &Path, run: &RunDescription<'_>) -> Result<()> {
-    let text = toml::to_string(run).context("run.toml")?;
-    Ok(write_atomically(&folder.join("run.toml"), text.as_bytes())?)
 }
 
 /// Writes `grasps.jsonl` and `summary.json`.

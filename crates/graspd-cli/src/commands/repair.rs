@@ -5,6 +5,7 @@ use std::time::Instant;
 
 use anyhow::Result;
 use clap::Args;
+use graspd::ObjectRepair;
 use graspd_geom::{TriangleMesh, signed_volume, topology};
 use graspd_mesh::{
     RepairSettings, RepairedMesh, load_mesh, repair, require_mesh_format, save_mesh,
@@ -13,7 +14,7 @@ use graspd_settings::{POSITIVE, Validate};
 use serde_json::json;
 
 use super::input::on_threads;
-use super::output::{RepairOutcome, prepare_file};
+use super::output::prepare_file;
 use crate::console::{print, print_json};
 use crate::progress::Progress;
 
@@ -101,7 +102,7 @@ fn mend(arguments: &Arguments) -> Result<()> {
                 "patch_area_m2": hole.area,
             })
         });
-        let mut value = serde_json::to_value(RepairOutcome::of(&repaired.report))?;
+        let mut value = serde_json::to_value(ObjectRepair::from(&repaired.report))?;
         value["file"] = arguments.output.to_string_lossy().into();
         value["holes"] = holes.collect();
         value["before"] = described(&mesh);

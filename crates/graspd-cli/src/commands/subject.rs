@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use anyhow::{Context, Result, bail};
-use graspd::{GraspRecord, NamedMesh};
+use graspd::{GraspRecord, NamedMesh, RunDescription};
 use graspd_hand::{Hand, HandPose, LoadOptions, load_hand, load_hand_from};
 
 use super::input::{RepairChoice, load_object};
@@ -58,23 +58,12 @@ pub(crate) fn hand_of(
 
 /// Returns the hand that `run.toml` beside the records names, and how it was loaded, with the given folders first.
 fn recorded_hand(records: &Path, given: &LoadOptions) -> Option<(String, LoadOptions)> {
-    let text = std::fs::read_to_string(records.with_file_name("run.toml")).ok()?;
-    let run: toml::Table = text.parse().ok()?;
-    let hand = run.get("hand")?.as_str()?.to_owned();
+    let run = RunDescription::beside(records)?;
     let mut options = given.clone();
-    let mirrored = run.get("hand_mirrored").and_then(toml::Value::as_bool);
-    options.mirrored = mirrored.unwrap_or(false);
-    let skin = run.get("hand_skin").cloned();
-    options.skin = skin
-        .and_then(|skin| skin.try_into().ok())
-        .unwrap_or_default();
-    let folders = run.get("package_paths").and_then(toml::Value::as_array);
-    let folders = folders
-        .into_iter()
-        .flatten()
-        .filter_map(toml::Value::as_str);
-    options.package_paths.extend(folders.map(Into::into));
-    Some((hand, options))
+    options.mirrored = run.hand_mirrored;
+    options.skin = run.hand_skin.unwrap_or_default();
+    options.package_paths.extend(run.package_paths);
+    Some((run.hand, options))
 }
 
 /// Returns the hand's poses; warns of the first joint that the hand lacks, and of the first beyond its limits.

@@ -1,7 +1,6 @@
 //! `graspd synth`: the main job.
 
 use std::borrow::Cow;
-use std::num::NonZero;
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 use std::time::Instant;
@@ -11,12 +10,11 @@ use clap::Args;
 use clap::builder::NonEmptyStringValueParser;
 use graspd::Validate;
 use graspd::{
-    Configuration, Diversity, Grasp, GraspObject, GraspRecord, MethodPart, RunObserver,
-    RunSettings, SCHEMA, Summary, SynthesisSettings, diverse, pose_distances, pressing_contacts,
-    synthesize_grasps,
+    Diversity, Grasp, GraspObject, GraspRecord, Machine, MethodPart, ObjectRepair, RunDescription,
+    RunObserver, RunSettings, SCHEMA, Summary, SynthesisSettings, diverse, pose_distances,
+    pressing_contacts, synthesize_grasps,
 };
-use graspd_geom::SdfSampling;
-use graspd_hand::{Hand, HandPose, LoadOptions, SkinOptions};
+use graspd_hand::{Hand, HandPose, SkinOptions};
 use serde::Serialize;
 
 use super::cache::CacheChoice;
@@ -25,8 +23,7 @@ use super::input::{
     HandLoading, RepairChoice, load_hand_to_scale, load_object, on_threads, prepare_object,
 };
 use super::output::{
-    Machine, RepairOutcome, RunDescription, prepare_file, prepare_folder, remove_leftovers,
-    write_meshes, write_results, write_run, write_trajectories,
+    prepare_file, prepare_folder, remove_leftovers, write_meshes, write_results, write_trajectories,
 };
 use super::view::pictures;
 use crate::console::{print, print_json};
@@ -102,26 +99,18 @@ fn synthesize(arguments: &Arguments) -> Result<()> {
     if arguments.top_k == Some(0) {
         bail!("--top-k is 0; it must be at least 1 (leave it out to keep all grasps)");
     }
-    let Configuration {
-        seed,
-        grasps: count,
-        sdf_resolution,
-        sdf_padding_m,
-        mut settings,
-        execution,
-        evaluation,
-    } = arguments.settings.resolve(quiet)?.configuration;
-    let sampling = SdfSampling::exact(sdf_resolution, sdf_padding_m);
+    let mut configuration = arguments.settings.resolve(quiet)?.configuration;
     for part in &arguments.without {
-        settings = settings.without(*part);
+        configuration.settings = configuration.settings.without(*part);
     }
-    settings.validate()?;
+    configuration.settings.validate()?;
+    let settings = &configuration.settings;
     let run = RunSettings {
-        seed,
-        count,
+        seed: configuration.seed,
+        count: configuration.grasps,
         trajectory_every: arguments.trajectory.then_some(TRAJECTORY_INTERVAL),
-        execution,
-        evaluation,
+        execution: configuration.execution.clone(),
+        evaluation: configuration.evaluation.clone(),
     };
     let loading = arguments.loading.options()?;
     let hand = load_hand_to_scale(&arguments.hand, &loading)?;
@@ -133,11 +122,12 @@ fn synthesize(arguments: &Arguments) -> Result<()> {
 
     let started = Instant::now();
     let cache = arguments.cache.open();
+    let sampling = configuration.sdf_sampling();
     let object = prepare_object(source, &sampling, settings.density, cache.clone(), quiet)?;
     let preparation = started.elapsed().as_secs_f64();
 
     let started = Instant::now();
-    let mut grasps = synthesize_with_progress(&object, hand.as_ref(), &settings, &run, quiet)?;
+    let mut grasps = synthesize_with_progress(&object, hand.as_ref(), settings, &run, quiet)?;
     let synthesis = started.elapsed().as_secs_f64();
     CacheChoice::tell_fault(cache.as_ref(), quiet);
 
@@ -152,16 +142,32 @@ fn synthesize(arguments: &Arguments) -> Result<()> {
     let records = &records[..];
 
     remove_leftovers(&arguments.output)?;
-    write(
-        arguments,
-        &loading,
-        &object,
-        hand.as_ref(),
-        &sampling,
-        &settings,
-        &run,
-        &grasps,
-    )?;
+    RunDescription {
+        graspd_version: env!("CARGO_PKG_VERSION").into(),
+        record_schema: SCHEMA.into(),
+        object: arguments.object.clone(),
+        object_scale: arguments.scale,
+        hand: arguments.hand.clone(),
+        hand_mirrored: loading.mirrored,
+        package_paths: loading.package_paths,
+        top_k: arguments.top_k,
+        configuration: Some(configuration),
+        machine: Some(Machine::current()),
+        hand_skin: Some(loading.skin).filter(|skin| *skin != SkinOptions::default()),
+        object_repair: object.source.repair.as_ref().map(ObjectRepair::from),
+    }
+    .write(&arguments.output)?;
+    if arguments.meshes {
+        write_meshes(
+            &arguments.output,
+            &object.source.mesh,
+            hand.as_ref(),
+            &grasps,
+        )?;
+    }
+    if arguments.trajectory {
+        write_trajectories(&arguments.output, &grasps)?;
+    }
     write_results(&arguments.output, records, &summary)?;
     if let Some(file) = &arguments.png {
         write_picture(file, &object, hand.as_ref(), &grasps)?;
@@ -275,55 +281,6 @@ fn synthesize_with_progress(
     let grasps = synthesize_grasps(object, hand, settings, run, &reporter)?;
     reporter.progress.finish();
     Ok(grasps)
-}
-
-#[allow(clippy::too_many_arguments)]
-fn write(
-    arguments: &Arguments,
-    loading: &LoadOptions,
-    object: &GraspObject,
-    hand: &dyn Hand,
-    sampling: &SdfSampling,
-    settings: &SynthesisSettings,
-    run: &RunSettings,
-    grasps: &[Grasp],
-) -> Result<()> {
-    let folder = &arguments.output;
-    write_run(
-        folder,
-        &RunDescription {
-            graspd_version: env!("CARGO_PKG_VERSION"),
-            record_schema: SCHEMA,
-            object: &arguments.object,
-            object_scale: arguments.scale,
-            hand: &arguments.hand,
-            hand_mirrored: loading.mirrored,
-            package_paths: &loading.package_paths,
-            seed: run.seed,
-            grasps: run.count,
-            top_k: arguments.top_k,
-            sdf_resolution: sampling.resolution,
-            sdf_padding_m: sampling.padding,
-            machine: Machine {
-                os: std::env::consts::OS,
-                arch: std::env::consts::ARCH,
-                cores: std::thread::available_parallelism().ok().map(NonZero::get),
-                threads: rayon::current_num_threads(),
-            },
-            hand_skin: Some(&loading.skin).filter(|skin| **skin != SkinOptions::default()),
-            object_repair: object.source.repair.as_ref().map(RepairOutcome::of),
-            settings,
-            execution: &run.execution,
-            evaluation: &run.evaluation,
-        },
-    )?;
-    if arguments.meshes {
-        write_meshes(folder, &object.source.mesh, hand, grasps)?;
-    }
-    if arguments.trajectory {
-        write_trajectories(folder, grasps)?;
-    }
-    Ok(())
 }
 
 fn write_picture(

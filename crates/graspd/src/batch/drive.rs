@@ -15,6 +15,7 @@ use super::plan::{BatchPlan, PlannedObject, PlannedRun, Shard};
 use crate::GraspError;
 use crate::object::{GraspObject, NamedMesh};
 use crate::run::{GraspMaker, RunSettings};
+use crate::run_description::ObjectRepair;
 
 /// Loads an object, or tells in one line why it cannot be.
 pub type ObjectLoader<'a> = dyn Fn(&PlannedObject) -> Result<NamedMesh, String> + Sync + 'a;
@@ -278,8 +279,8 @@ impl Work<'_> {
             // Another object met with an error that ends the batch.
             return Ok(());
         }
-        let repair = object.source.repair_name();
-        let (records, _) = self.folder.finish(plan, run, outcomes, repair.as_deref())?;
+        let repair = object.source.repair.as_ref().map(ObjectRepair::from);
+        let (records, _) = self.folder.finish(plan, run, outcomes, repair)?;
         tally.runs_failed += usize::from(records.is_empty());
         Ok(())
     }

@@ -15,6 +15,7 @@ use crate::configuration::present_leaves;
 use crate::rank::rank_by_displacement;
 use crate::record::{GraspRecord, Seconds};
 use crate::record_file::{write_atomically, write_records};
+use crate::run_description::ObjectRepair;
 use crate::summary::Summary;
 
 /// How far a run is.
@@ -174,7 +175,7 @@ impl BatchFolder {
         plan: &BatchPlan,
         run: &PlannedRun,
         outcomes: Vec<StartOutcome>,
-        repair: Option<&str>,
+        repair: Option<ObjectRepair>,
     ) -> Result<(Vec<GraspRecord>, Vec<StartFailure>), GraspError> {
         let folder = self.run_folder(run);
         let (mut records, mut failures) = (Vec::new(), Vec::new());
@@ -204,8 +205,7 @@ impl BatchFolder {
                 &json(&without_timings(&summary)?)?,
             )?;
         }
-        let description = plan.run_description(run, repair)?;
-        write_atomically(&folder.join("run.toml"), description.as_bytes())?;
+        plan.run_description(run, repair).write(&folder)?;
         remove(&folder.join("journal.jsonl"))?;
         Ok((records, failures))
     }

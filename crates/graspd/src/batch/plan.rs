@@ -10,6 +10,7 @@ use super::manifest::BatchManifest;
 use crate::GraspError;
 use crate::configuration::Configuration;
 use crate::record::SCHEMA;
+use crate::run_description::{ObjectRepair, RunDescription};
 
 /// Letters of a run's name that are of the object's.
 const NAME_LETTERS: usize = 40;
@@ -176,7 +177,7 @@ impl BatchPlan {
         let mut seeds: Vec<u64> = self.runs.iter().map(|run| run.seed).collect();
         seeds.sort_unstable();
         seeds.dedup();
-        to_toml(&Description {
+        let description = Description {
             graspd_version: env!("CARGO_PKG_VERSION"),
             record_schema: SCHEMA,
             runs: self.runs.len(),
@@ -193,36 +194,34 @@ impl BatchPlan {
                 .map(|object| object.name_or_path.as_str())
                 .collect(),
             configuration: &self.configuration,
+        };
+        toml::to_string(&description).map_err(|error| GraspError::BadConfiguration {
+            origin: "the batch".into(),
+            key: "(all)".into(),
+            fault: error.to_string(),
         })
     }
 
-    /// `run.toml` of a run, as `graspd synth` writes it but for the machine.
+    /// Describes a run; `repair` tells how its object's surface was closed.
     pub(super) fn run_description(
         &self,
         run: &PlannedRun,
-        repair: Option<&str>,
-    ) -> Result<String, GraspError> {
-        to_toml(&RunDescription {
-            graspd_version: env!("CARGO_PKG_VERSION"),
-            record_schema: SCHEMA,
-            object: &self.objects[run.object].name_or_path,
+        repair: Option<ObjectRepair>,
+    ) -> RunDescription {
+        RunDescription {
+            graspd_version: env!("CARGO_PKG_VERSION").into(),
+            record_schema: SCHEMA.into(),
+            object: self.objects[run.object].name_or_path.clone(),
             object_scale: self.object_scale,
-            object_repair: repair.map(|tier| Repair { tier }),
-            hand: &self.hands[run.hand],
+            object_repair: repair,
+            hand: self.hands[run.hand].clone(),
             hand_mirrored: self.mirror,
-            package_paths: &self.package_paths,
+            package_paths: self.package_paths.clone(),
             top_k: self.top_k,
-            configuration: &self.configuration_of(run),
-        })
+            configuration: Some(self.configuration_of(run)),
+            ..RunDescription::default()
+        }
     }
-}
-
-fn to_toml(value: &impl Serialize) -> Result<String, GraspError> {
-    toml::to_string(value).map_err(|error| GraspError::BadConfiguration {
-        origin: "the batch".into(),
-        key: "(all)".into(),
-        fault: error.to_string(),
-    })
 }
 
 #[derive(Serialize)]
@@ -240,26 +239,6 @@ struct Description<'a> {
     objects: Vec<&'a str>,
     #[serde(flatten)]
     configuration: &'a Configuration,
-}
-
-#[derive(Serialize)]
-struct RunDescription<'a> {
-    graspd_version: &'static str,
-    record_schema: &'static str,
-    object: &'a str,
-    object_scale: f64,
-    hand: &'a str,
-    hand_mirrored: bool,
-    package_paths: &'a [PathBuf],
-    top_k: Option<usize>,
-    #[serde(flatten)]
-    configuration: &'a Configuration,
-    object_repair: Option<Repair<'a>>,
-}
-
-#[derive(Serialize)]
-struct Repair<'a> {
-    tier: &'a str,
 }
 
 /// A name or a file's name as part of a folder's name.

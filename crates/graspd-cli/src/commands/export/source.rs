@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::rc::Rc;
 
 use anyhow::{Context, Result, bail};
-use graspd::{GraspRecord, NamedMesh, grasp_files, read_records};
+use graspd::{GraspRecord, NamedMesh, RunDescription, grasp_files, read_records};
 use graspd_eval::EvaluationSettings;
 use graspd_hand::Hand;
 
@@ -100,16 +100,8 @@ impl<'a> GraspSource<'a> {
     pub(super) fn hand(&mut self, run: &ExportedRun) -> Result<Rc<dyn Hand>> {
         let first = run.records.first().context("there are no grasps")?;
         // Two files may give hands of one name.
-        let recorded = std::fs::read_to_string(run.file.with_file_name("run.toml")).ok();
-        let recorded = recorded.and_then(|text| {
-            let table: toml::Table = text.parse().ok()?;
-            Some(format!(
-                "{:?} {:?} {:?}",
-                table.get("hand"),
-                table.get("hand_mirrored"),
-                table.get("hand_skin")
-            ))
-        });
+        let recorded = RunDescription::beside(&run.file)
+            .map(|run| format!("{:?}", (run.hand, run.hand_mirrored, run.hand_skin)));
         let key = (first.hand.clone(), recorded);
         if let Some(hand) = self.hands.get(&key) {
             return Ok(Rc::clone(hand));
