@@ -23,7 +23,6 @@ const LEFT: &[(&str, &str)] = &[
     ("graspd-eval", "hull::frame -> hull::polytope"),
     ("graspd-geom", "distance::search -> distance::tree"),
     ("graspd-scan", "poisson::octree -> poisson::samples"),
-    ("graspd-opt", "adam -> optimizer"),
 ];
 
 /// Checks each package of the workspace at `root`.

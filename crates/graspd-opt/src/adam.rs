@@ -1,41 +1,11 @@
 //! Adam.
 
 use graspd_ad::{Element, Real};
-use graspd_settings::{FRACTION, POSITIVE, Ranges, Validate, ranges};
 
 use crate::OptimizationError;
 use crate::optimizer::{
-    Apply, DecayPower, Move, Optimizer, ParameterGroup, Store, check_lengths, flush,
-    smallest_moment,
+    AdamSettings, DecayPower, Optimizer, ParameterGroup, check_lengths, flush, smallest_moment,
 };
-
-/// Settings of [`Adam`].
-#[derive(Clone, Debug, PartialEq)]
-pub struct AdamSettings {
-    /// Decay of the mean of the gradient, in [0, 1). Paper: 0.9.
-    pub beta1: f64,
-    /// Decay of the mean of the squared gradient, in [0, 1). Paper: 0.999.
-    pub beta2: f64,
-    /// Added to the root mean square, so that no division is by zero; positive.
-    pub epsilon: f64,
-}
-
-impl Default for AdamSettings {
-    fn default() -> Self {
-        Self {
-            beta1: 0.9,
-            beta2: 0.999,
-            epsilon: 1e-8,
-        }
-    }
-}
-
-impl Validate for AdamSettings {
-    fn ranges(&self) -> Ranges {
-        let decay = FRACTION.less_than(1.0);
-        ranges! { self => beta1: decay, beta2: decay, epsilon: POSITIVE }
-    }
-}
 
 /// Adam: steps by the mean gradient over the gradient's root mean square, coordinate by coordinate.
 ///
@@ -58,7 +28,6 @@ pub struct Adam<E> {
     mean_square: Vec<E>,
     beta1_power: DecayPower,
     beta2_power: DecayPower,
-    iterations: usize,
 }
 
 impl<E: Element> Adam<E> {
@@ -67,15 +36,12 @@ impl<E: Element> Adam<E> {
     /// # Errors
     /// If a setting is out of range, or epsilon is too small for the element type.
     pub fn new(len: usize, settings: AdamSettings) -> Result<Self, OptimizationError> {
-        settings.validate()?;
-        let rounded = E::constant(settings.epsilon).lane(0);
-        POSITIVE.check("epsilon (rounded to the parameters' type)", &rounded)?;
+        settings.check::<E>()?;
         Ok(Self {
             mean: vec![E::zero(); len],
             mean_square: vec![E::zero(); len],
             beta1_power: DecayPower::new(settings.beta1),
             beta2_power: DecayPower::new(settings.beta2),
-            iterations: 0,
             settings,
         })
     }
@@ -88,16 +54,11 @@ impl<E: Element> Adam<E> {
     pub fn mean_square(&self) -> &[E] {
         &self.mean_square
     }
+}
 
-    fn advance(
-        &mut self,
-        groups: &[ParameterGroup],
-        gradient: &[E],
-        target: &mut [E],
-        apply: impl Apply<E>,
-    ) {
-        check_lengths(self.mean.len(), groups, gradient.len(), target.len());
-        self.iterations += 1;
+impl<E: Element> Optimizer<E> for Adam<E> {
+    fn step_groups(&mut self, groups: &[ParameterGroup], parameters: &mut [E], gradient: &[E]) {
+        check_lengths(self.mean.len(), groups, gradient.len(), parameters.len());
         let correction1 = self.beta1_power.advance();
         let correction2 = self.beta2_power.advance();
         for group in groups {
@@ -109,33 +70,9 @@ impl<E: Element> Adam<E> {
                 &mut self.mean[range.clone()],
                 &mut self.mean_square[range.clone()],
                 &gradient[range.clone()],
-                &mut target[range],
-                apply,
+                &mut parameters[range],
             );
         }
-    }
-}
-
-impl<E: Element> Optimizer<E> for Adam<E> {
-    fn len(&self) -> usize {
-        self.mean.len()
-    }
-    fn iterations(&self) -> usize {
-        self.iterations
-    }
-    fn reset(&mut self) {
-        self.mean.fill(E::zero());
-        self.mean_square.fill(E::zero());
-        self.beta1_power.reset();
-        self.beta2_power.reset();
-        self.iterations = 0;
-    }
-    fn step_groups(&mut self, groups: &[ParameterGroup], parameters: &mut [E], gradient: &[E]) {
-        self.advance(groups, gradient, parameters, Move);
-    }
-    fn update_groups(&mut self, groups: &[ParameterGroup], gradient: &[E], update: &mut [E]) {
-        update.fill(E::zero());
-        self.advance(groups, gradient, update, Store);
     }
 }
 
@@ -148,8 +85,7 @@ fn adam_kernel<E: Element>(
     mean: &mut [E],
     mean_square: &mut [E],
     gradient: &[E],
-    target: &mut [E],
-    apply: impl Apply<E>,
+    parameters: &mut [E],
 ) {
     let (beta1, beta2) = (E::constant(settings.beta1), E::constant(settings.beta2));
     let one_minus_beta1 = E::constant(1.0 - settings.beta1);
@@ -159,7 +95,7 @@ fn adam_kernel<E: Element>(
     // A gradient whose square would be flushed is left out before it is squared.
     let smallest_squared = Real::sqrt(smallest);
     // Equal lengths, said in a way that removes the bounds checks.
-    let len = target.len();
+    let len = parameters.len();
     let (mean, mean_square, gradient) =
         (&mut mean[..len], &mut mean_square[..len], &gradient[..len]);
     for i in 0..len {
@@ -171,6 +107,6 @@ fn adam_kernel<E: Element>(
         mean_square[i] = v;
         let root_mean_square = Real::sqrt(v * inverse_correction2);
         let update = negative_rate * m / (root_mean_square + epsilon);
-        apply.apply(&mut target[i], update);
+        parameters[i] += update;
     }
 }

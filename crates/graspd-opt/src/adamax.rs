@@ -1,41 +1,11 @@
 //! Adam with the infinity norm.
 
 use graspd_ad::{Element, Real};
-use graspd_settings::{FRACTION, POSITIVE, Ranges, Validate, ranges};
 
 use crate::OptimizationError;
 use crate::optimizer::{
-    Apply, DecayPower, Move, Optimizer, ParameterGroup, Store, check_lengths, flush,
-    smallest_moment,
+    AdamSettings, DecayPower, Optimizer, ParameterGroup, check_lengths, flush, smallest_moment,
 };
-
-/// Settings of [`Adamax`].
-#[derive(Clone, Debug, PartialEq)]
-pub struct AdamaxSettings {
-    /// Decay of the mean of the gradient, in [0, 1). Paper: 0.9.
-    pub beta1: f64,
-    /// Decay of the largest gradient magnitude seen, in [0, 1). Paper: 0.999.
-    pub beta2: f64,
-    /// Added to the gradient's magnitude, so that no division is by zero; positive.
-    pub epsilon: f64,
-}
-
-impl Default for AdamaxSettings {
-    fn default() -> Self {
-        Self {
-            beta1: 0.9,
-            beta2: 0.999,
-            epsilon: 1e-8,
-        }
-    }
-}
-
-impl Validate for AdamaxSettings {
-    fn ranges(&self) -> Ranges {
-        let decay = FRACTION.less_than(1.0);
-        ranges! { self => beta1: decay, beta2: decay, epsilon: POSITIVE }
-    }
-}
 
 /// Adamax: steps by the mean gradient over the largest recent gradient magnitude, coordinate by coordinate.
 ///
@@ -54,11 +24,10 @@ impl Validate for AdamaxSettings {
 /// stands where PyTorch has it.
 #[derive(Clone, Debug)]
 pub struct Adamax<E> {
-    settings: AdamaxSettings,
+    settings: AdamSettings,
     mean: Vec<E>,
     largest: Vec<E>,
     beta1_power: DecayPower,
-    iterations: usize,
 }
 
 impl<E: Element> Adamax<E> {
@@ -66,15 +35,12 @@ impl<E: Element> Adamax<E> {
     ///
     /// # Errors
     /// If a setting is out of range, or epsilon is too small for the element type.
-    pub fn new(len: usize, settings: AdamaxSettings) -> Result<Self, OptimizationError> {
-        settings.validate()?;
-        let rounded = E::constant(settings.epsilon).lane(0);
-        POSITIVE.check("epsilon (rounded to the parameters' type)", &rounded)?;
+    pub fn new(len: usize, settings: AdamSettings) -> Result<Self, OptimizationError> {
+        settings.check::<E>()?;
         Ok(Self {
             mean: vec![E::zero(); len],
             largest: vec![E::zero(); len],
             beta1_power: DecayPower::new(settings.beta1),
-            iterations: 0,
             settings,
         })
     }
@@ -91,7 +57,6 @@ impl<E: Element> Adamax<E> {
     /// Begins an iteration whose coordinates are handed over piece by piece, by whoever computes the gradient: the
     /// same numbers as [`Optimizer::step`], without a second pass over memory. Each coordinate must come once.
     pub fn begin_iteration(&mut self, rate: f64) -> AdamaxIteration<'_, E> {
-        self.iterations += 1;
         let correction = self.beta1_power.advance();
         AdamaxIteration {
             rule: Rule::new::<E>(&self.settings, rate / correction),
@@ -110,16 +75,11 @@ impl<E: Element> Adamax<E> {
     ) {
         inherit::<T, ROWS>([&mut self.mean, &mut self.largest], from, to, stride);
     }
+}
 
-    fn advance(
-        &mut self,
-        groups: &[ParameterGroup],
-        gradient: &[E],
-        target: &mut [E],
-        apply: impl Apply<E>,
-    ) {
-        check_lengths(self.mean.len(), groups, gradient.len(), target.len());
-        self.iterations += 1;
+impl<E: Element> Optimizer<E> for Adamax<E> {
+    fn step_groups(&mut self, groups: &[ParameterGroup], parameters: &mut [E], gradient: &[E]) {
+        check_lengths(self.mean.len(), groups, gradient.len(), parameters.len());
         let correction = self.beta1_power.advance();
         for group in groups {
             let range = group.range.clone();
@@ -128,32 +88,9 @@ impl<E: Element> Adamax<E> {
                 &mut self.mean[range.clone()],
                 &mut self.largest[range.clone()],
                 &gradient[range.clone()],
-                &mut target[range],
-                apply,
+                &mut parameters[range],
             );
         }
-    }
-}
-
-impl<E: Element> Optimizer<E> for Adamax<E> {
-    fn len(&self) -> usize {
-        self.mean.len()
-    }
-    fn iterations(&self) -> usize {
-        self.iterations
-    }
-    fn reset(&mut self) {
-        self.mean.fill(E::zero());
-        self.largest.fill(E::zero());
-        self.beta1_power.reset();
-        self.iterations = 0;
-    }
-    fn step_groups(&mut self, groups: &[ParameterGroup], parameters: &mut [E], gradient: &[E]) {
-        self.advance(groups, gradient, parameters, Move);
-    }
-    fn update_groups(&mut self, groups: &[ParameterGroup], gradient: &[E], update: &mut [E]) {
-        update.fill(E::zero());
-        self.advance(groups, gradient, update, Store);
     }
 }
 
@@ -163,15 +100,14 @@ fn adamax_kernel<E: Element>(
     mean: &mut [E],
     largest: &mut [E],
     gradient: &[E],
-    target: &mut [E],
-    apply: impl Apply<E>,
+    parameters: &mut [E],
 ) {
     // Equal lengths, said in a way that removes the bounds checks.
-    let len = target.len();
+    let len = parameters.len();
     let (mean, largest, gradient) = (&mut mean[..len], &mut largest[..len], &gradient[..len]);
     for i in 0..len {
         let update = rule.advance(&mut mean[i], &mut largest[i], gradient[i]);
-        apply.apply(&mut target[i], update);
+        parameters[i] += update;
     }
 }
 
@@ -256,7 +192,7 @@ struct Rule {
 
 impl Rule {
     /// `rate`: already divided by the bias correction.
-    fn new<E: Element>(settings: &AdamaxSettings, rate: f64) -> Self {
+    fn new<E: Element>(settings: &AdamSettings, rate: f64) -> Self {
         Self {
             beta1: settings.beta1,
             one_minus_beta1: 1.0 - settings.beta1,

@@ -20,12 +20,6 @@ pub enum OptimizationError {
         /// Last step of the span.
         end: usize,
     },
-    /// Two columns of a trace with one name.
-    #[error("the trace has two columns named {name:?}; give each its own name")]
-    DuplicateColumn {
-        /// The name.
-        name: String,
-    },
     /// Nothing to optimise.
     #[error("{field} is empty, but must have at least one entry")]
     Empty {

@@ -2,7 +2,7 @@
 
 use graspd_settings::{FINITE, NOT_NEGATIVE, POSITIVE, Ranges, Validate, ranges};
 
-use crate::{Constraint, OptimizationError, OptimizerKind, Schedule};
+use crate::{Constraint, OptimizationError, Schedule};
 
 /// A differentiable function: returns its value at the first argument and writes its gradient to the second.
 ///
@@ -13,8 +13,6 @@ impl<F: FnMut(&[f64], &mut [f64]) -> f64> ValueAndGradient for F {}
 /// Settings of [`Mdmm`].
 #[derive(Clone, Debug, PartialEq)]
 pub struct MdmmSettings {
-    /// How the parameters descend.
-    pub optimizer: OptimizerKind,
     /// Rate of the parameters at each step.
     pub rate: Schedule,
     /// Rate of the multipliers relative to that of the parameters; positive.
@@ -26,10 +24,9 @@ pub struct MdmmSettings {
 }
 
 impl Default for MdmmSettings {
-    /// Gradient descent at rate 0.02, for problems whose derivatives are of order one.
+    /// A rate of 0.02, for problems whose derivatives are of order one.
     fn default() -> Self {
         Self {
-            optimizer: OptimizerKind::GradientDescent,
             rate: Schedule::literal(0.02),
             multiplier_rate_ratio: 1.0,
             max_steps: 50_000,
@@ -77,7 +74,8 @@ pub struct Outcome {
 /// A constrained minimisation by the differential method of multipliers.
 ///
 /// Every step evaluates the objective and the constrained values with their gradients, then moves the
-/// parameters down and the multipliers up the Lagrangian (see [`Constraint`]) at once.
+/// parameters down and the multipliers up the Lagrangian (see [`Constraint`]) at once, each by a rate times its
+/// derivative.
 pub struct Mdmm<'a> {
     settings: MdmmSettings,
     constraints: Vec<(Constraint, Box<dyn ValueAndGradient + 'a>)>,
@@ -113,7 +111,7 @@ impl<'a> Mdmm<'a> {
     /// Minimises `objective` from `start`.
     ///
     /// # Errors
-    /// If `start` is empty or not finite, or a setting of the optimiser is out of range. Not converging is a
+    /// If `start` is empty or not finite. Not converging is a
     /// [`Status`], no error.
     pub fn minimize(
         mut self,
@@ -125,7 +123,6 @@ impl<'a> Mdmm<'a> {
         }
         FINITE.check("start", start)?;
         let mut x = start.to_vec();
-        let mut optimizer = self.settings.optimizer.build::<f64>(x.len())?;
         let mut gradient = vec![0.0; x.len()];
         let mut constraint_gradient = vec![0.0; x.len()];
         let mut values = vec![0.0; self.constraints.len()];
@@ -159,7 +156,7 @@ impl<'a> Mdmm<'a> {
             }
 
             let rate = self.settings.rate.value(steps);
-            optimizer.step(rate, &mut x, &gradient);
+            add_scaled(&mut x, -rate, &gradient);
             for ((constraint, _), &value) in self.constraints.iter_mut().zip(&values) {
                 constraint.ascend(rate * self.settings.multiplier_rate_ratio, value);
             }

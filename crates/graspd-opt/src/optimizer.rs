@@ -3,8 +3,9 @@
 use std::ops::Range;
 
 use graspd_ad::{Element, Real};
+use graspd_settings::{FRACTION, POSITIVE, Ranges, Validate, ranges};
 
-use crate::{Adam, AdamSettings, Adamax, AdamaxSettings, GradientDescent, OptimizationError};
+use crate::OptimizationError;
 
 /// Consecutive parameters that share a learning rate.
 #[derive(Clone, Debug, PartialEq)]
@@ -15,116 +16,70 @@ pub struct ParameterGroup {
     pub rate: f64,
 }
 
+/// Settings of [`Adam`](crate::Adam) and [`Adamax`](crate::Adamax).
+#[derive(Clone, Debug, PartialEq)]
+pub struct AdamSettings {
+    /// Decay of the mean of the gradient, in [0, 1). Paper: 0.9.
+    pub beta1: f64,
+    /// Decay of the mean of the squared gradient (Adamax: of the largest gradient magnitude), in [0, 1). Paper: 0.999.
+    pub beta2: f64,
+    /// Added to the gradient's magnitude, so that no division is by zero; positive.
+    pub epsilon: f64,
+}
+
+impl Default for AdamSettings {
+    fn default() -> Self {
+        Self {
+            beta1: 0.9,
+            beta2: 0.999,
+            epsilon: 1e-8,
+        }
+    }
+}
+
+impl Validate for AdamSettings {
+    fn ranges(&self) -> Ranges {
+        let decay = FRACTION.less_than(1.0);
+        ranges! { self => beta1: decay, beta2: decay, epsilon: POSITIVE }
+    }
+}
+
+impl AdamSettings {
+    /// Checks the settings, and that epsilon is not 0 once it is rounded to an `E`.
+    pub(crate) fn check<E: Element>(&self) -> Result<(), OptimizationError> {
+        self.validate()?;
+        let rounded = E::constant(self.epsilon).lane(0);
+        Ok(POSITIVE.check("epsilon (rounded to the parameters' type)", &rounded)?)
+    }
+}
+
 /// A first-order optimiser with its state, over a flat slice of parameters.
 ///
-/// One call is one iteration: moments are updated from the gradient, then the parameters move *against* it.
-/// `step` moves the parameters; `update` only writes by how much they are to move, for parameters that
-/// live on a manifold (a rotation is moved by the exponential map of its update). No call allocates.
-///
-/// A NaN in the gradient makes the update of its own coordinate NaN and is never hidden.
+/// One call is one iteration: moments are updated from the gradient, then the parameters move *against* it. No call
+/// allocates. A NaN in the gradient makes the update of its own coordinate NaN and is never hidden.
 ///
 /// # Panics
-/// All four updating functions panic if a slice's length differs from the optimiser's, or if groups overlap, are out
-/// of order or reach past the end: these are errors of the calling code, not of its input.
+/// All functions panic if a slice's length differs from the optimiser's, or if groups overlap, are out of order or
+/// reach past the end: these are errors of the calling code, not of its input.
 pub trait Optimizer<E: Element>: Send {
-    /// How many parameters there are.
-    fn len(&self) -> usize;
-    /// Whether there are none.
-    fn is_empty(&self) -> bool {
-        self.len() == 0
-    }
-    /// How many iterations were made.
-    fn iterations(&self) -> usize;
-    /// Forgets everything: as if newly made.
-    fn reset(&mut self);
-
     /// Moves the parameters, those of each group at the group's rate.
     ///
     /// Parameters in no group do not move, and their moments stay as they are. Groups must be in ascending order.
     fn step_groups(&mut self, groups: &[ParameterGroup], parameters: &mut [E], gradient: &[E]);
-    /// Writes by how much [`Optimizer::step_groups`] would move the parameters.
+
+    /// Writes by how much [`Optimizer::step_groups`] would move the parameters, for those that live on a manifold: a
+    /// rotation is moved by the exponential map of its update.
     ///
     /// The update of parameters in no group is set to 0.
-    fn update_groups(&mut self, groups: &[ParameterGroup], gradient: &[E], update: &mut [E]);
+    fn update_groups(&mut self, groups: &[ParameterGroup], gradient: &[E], update: &mut [E]) {
+        update.fill(E::zero());
+        self.step_groups(groups, update, gradient);
+    }
 
-    /// Moves the parameters: `parameters += update`.
+    /// Moves all parameters at one rate.
     fn step(&mut self, rate: f64, parameters: &mut [E], gradient: &[E]) {
-        let group = whole(self.len(), rate);
-        self.step_groups(&[group], parameters, gradient);
-    }
-    /// Writes by how much [`Optimizer::step`] would move the parameters.
-    fn update(&mut self, rate: f64, gradient: &[E], update: &mut [E]) {
-        let group = whole(self.len(), rate);
-        self.update_groups(&[group], gradient, update);
-    }
-}
-
-/// All parameters as one group.
-fn whole(len: usize, rate: f64) -> ParameterGroup {
-    ParameterGroup {
-        range: 0..len,
-        rate,
-    }
-}
-
-/// Which optimiser to use: the form in which a preset names it.
-#[derive(Clone, Debug, PartialEq)]
-pub enum OptimizerKind {
-    /// Plain gradient descent.
-    GradientDescent,
-    /// Adam.
-    Adam(AdamSettings),
-    /// Adam with the infinity norm.
-    Adamax(AdamaxSettings),
-}
-
-impl Default for OptimizerKind {
-    /// Adamax, as in the paper.
-    fn default() -> Self {
-        Self::Adamax(AdamaxSettings::default())
-    }
-}
-
-impl OptimizerKind {
-    /// The optimiser for `len` parameters.
-    ///
-    /// # Errors
-    /// If a setting is out of range.
-    pub fn build<E: Element>(
-        &self,
-        len: usize,
-    ) -> Result<Box<dyn Optimizer<E>>, OptimizationError> {
-        Ok(match self {
-            Self::GradientDescent => Box::new(GradientDescent::new(len)),
-            Self::Adam(settings) => Box::new(Adam::new(len, settings.clone())?),
-            Self::Adamax(settings) => Box::new(Adamax::new(len, settings.clone())?),
-        })
-    }
-}
-
-/// What is done with an update: add it to a parameter, or store it.
-pub(crate) trait Apply<E>: Copy {
-    /// Takes the update of the coordinate that `target` belongs to.
-    fn apply(self, target: &mut E, update: E);
-}
-
-/// Moves the parameter by the update.
-#[derive(Clone, Copy)]
-pub(crate) struct Move;
-impl<E: Element> Apply<E> for Move {
-    #[inline(always)]
-    fn apply(self, target: &mut E, update: E) {
-        *target += update;
-    }
-}
-
-/// Stores the update.
-#[derive(Clone, Copy)]
-pub(crate) struct Store;
-impl<E: Element> Apply<E> for Store {
-    #[inline(always)]
-    fn apply(self, target: &mut E, update: E) {
-        *target = update;
+        let range = 0..parameters.len();
+        self.step_groups(&[ParameterGroup { range, rate }], parameters, gradient);
     }
 }
 
@@ -133,10 +88,10 @@ pub(crate) fn check_lengths(
     len: usize,
     groups: &[ParameterGroup],
     gradient_len: usize,
-    target_len: usize,
+    parameters_len: usize,
 ) {
     assert_eq!(gradient_len, len, "length of the gradient");
-    assert_eq!(target_len, len, "length of the parameters or the update");
+    assert_eq!(parameters_len, len, "length of the parameters");
     let mut end = 0;
     for group in groups {
         let Range { start, end: stop } = group.range;
@@ -180,8 +135,5 @@ impl DecayPower {
         const NEGLIGIBLE: f64 = f64::EPSILON / 8.0;
         self.power = flush(self.power * self.beta, NEGLIGIBLE);
         1.0 - self.power
-    }
-    pub(crate) fn reset(&mut self) {
-        self.power = 1.0;
     }
 }

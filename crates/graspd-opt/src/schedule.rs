@@ -14,7 +14,7 @@ use crate::OptimizationError;
 /// let radius = Schedule::linear(0.09, 0.0, 0, 5000)?;
 /// assert_eq!((radius.value(0), radius.value(2500), radius.value(6999)), (0.09, 0.045, 0.0));
 /// // A rate that warms up over 200 steps and from step 5000 to 7000 falls to a hundredth.
-/// let rate = Schedule::constant(3e-3)?.with_warm_up(200)?.with_cosine_decay(5000, 7000, 0.01)?;
+/// let rate = Schedule::constant(3e-3)?.with_warm_up(200)?.with_exponential_decay(5000, 7000, 0.01)?;
 /// assert_eq!(rate.value(1000), 3e-3);
 /// # Ok(())
 /// # }
@@ -74,36 +74,8 @@ impl Schedule {
         self.with_factor("warm-up", first, 0, steps - 1, Shape::Linear, 1.0)
     }
 
-    /// The same, falling along a line from step `start` to `final_factor` times itself at step `end`, and so from
-    /// there on.
-    ///
-    /// # Errors
-    /// If the span is empty or the factor not in [0, 1].
-    pub fn with_linear_decay(
-        self,
-        start: usize,
-        end: usize,
-        final_factor: f64,
-    ) -> Result<Self, OptimizationError> {
-        FRACTION.check("final_factor", &final_factor)?;
-        self.with_factor("linear decay", 1.0, start, end, Shape::Linear, final_factor)
-    }
-
-    /// The same, falling along half a cosine wave, flat at both ends: see [`Schedule::with_linear_decay`].
-    ///
-    /// # Errors
-    /// If the span is empty or the factor not in [0, 1].
-    pub fn with_cosine_decay(
-        self,
-        start: usize,
-        end: usize,
-        final_factor: f64,
-    ) -> Result<Self, OptimizationError> {
-        FRACTION.check("final_factor", &final_factor)?;
-        self.with_factor("cosine decay", 1.0, start, end, Shape::Cosine, final_factor)
-    }
-
-    /// The same, falling by the same ratio each step: see [`Schedule::with_linear_decay`].
+    /// The same, falling by the same ratio each step from step `start` on, to `final_factor` times itself at step
+    /// `end`, and so from there on.
     ///
     /// # Errors
     /// If the span is empty or the factor not in (0, 1].
@@ -154,7 +126,6 @@ impl Schedule {
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Shape {
     Linear,
-    Cosine,
     Exponential,
 }
 
@@ -199,7 +170,6 @@ impl Curve {
         let progress = (step - self.start) as f64 / (self.end - self.start) as f64;
         let remaining = match self.shape {
             Shape::Linear => 1.0 - progress,
-            Shape::Cosine => 0.5 * (1.0 + (std::f64::consts::PI * progress).cos()),
             Shape::Exponential => return self.from * (self.to / self.from).powf(progress),
         };
         self.to + (self.from - self.to) * remaining
@@ -246,21 +216,11 @@ mod tests {
     #[test]
     fn decays_meet_their_ends_and_midpoints() {
         let ends = [(0, 2.0), (100, 2.0), (300, 0.02), (1000, 0.02)];
-        assert_values(constant().with_linear_decay(100, 300, 0.01), &ends);
-        assert_values(constant().with_cosine_decay(100, 300, 0.01), &ends);
         assert_values(constant().with_exponential_decay(100, 300, 0.01), &ends);
         let middle = |value: f64| [(200, value)];
-        assert_values(constant().with_linear_decay(100, 300, 0.01), &middle(1.01));
-        assert_values(constant().with_cosine_decay(100, 300, 0.01), &middle(1.01));
         assert_values(
             constant().with_exponential_decay(100, 300, 0.01),
             &middle(0.2),
-        );
-        // A cosine is flat at first: a quarter of the way it has fallen by (1 - cos 45 degrees) / 2.
-        let quarter = 1.0 + 0.5_f64.sqrt();
-        assert_values(
-            constant().with_cosine_decay(100, 300, 0.0),
-            &[(150, quarter)],
         );
     }
 
@@ -268,8 +228,11 @@ mod tests {
     fn factors_multiply() {
         let schedule = Schedule::linear(1.0, 0.5, 0, 100)
             .and_then(|schedule| schedule.with_warm_up(10))
-            .and_then(|schedule| schedule.with_linear_decay(50, 150, 0.0));
-        assert_values(schedule, &[(4, 0.49), (50, 0.75), (100, 0.25), (150, 0.0)]);
+            .and_then(|schedule| schedule.with_exponential_decay(50, 150, 0.01));
+        assert_values(
+            schedule,
+            &[(4, 0.49), (50, 0.75), (100, 0.05), (150, 0.005)],
+        );
     }
 
     #[test]
@@ -279,9 +242,11 @@ mod tests {
         assert!(message(Schedule::linear(1.0, f64::INFINITY, 0, 1)).contains("at the end"));
         assert!(message(Schedule::linear(1.0, 0.0, 7, 7)).contains("step 7 to step 7"));
         assert!(message(constant().with_warm_up(0)).contains("warm-up"));
-        assert!(message(constant().with_linear_decay(5, 4, 0.0)).contains("linear decay"));
-        assert!(message(constant().with_cosine_decay(0, 5, 1.5)).contains("final_factor"));
-        assert!(message(constant().with_cosine_decay(0, 5, f64::NAN)).contains("final_factor"));
+        assert!(message(constant().with_exponential_decay(5, 4, 0.5)).contains("decay"));
+        assert!(message(constant().with_exponential_decay(0, 5, 1.5)).contains("final_factor"));
+        assert!(
+            message(constant().with_exponential_decay(0, 5, f64::NAN)).contains("final_factor")
+        );
         assert!(message(constant().with_exponential_decay(0, 5, 0.0)).contains("final_factor"));
     }
 }

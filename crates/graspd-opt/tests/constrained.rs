@@ -1,14 +1,13 @@
 //! The differential method of multipliers against closed-form solutions of constrained problems.
 
 use graspd_opt::{
-    AdamaxSettings, Constraint, InequalityForm, Mdmm, MdmmSettings, MultiplierUpdate,
-    OptimizationError, OptimizerKind, Outcome, Schedule, Status,
+    AdamSettings, Constraint, InequalityForm, Mdmm, MdmmSettings, OptimizationError, Outcome,
+    Schedule, Status,
 };
 use proptest::prelude::*;
 
 /// The solver's tolerance is 1e-8 on derivatives; solutions of these well-conditioned problems follow to about that.
 const CLOSE: f64 = 1e-6;
-const SMOOTH_FORMS: [InequalityForm; 2] = [InequalityForm::Slack, InequalityForm::SquaredSlack];
 
 fn solver<'a>() -> Mdmm<'a> {
     Mdmm::new(MdmmSettings::default()).unwrap()
@@ -78,27 +77,23 @@ fn only_damping_settles_an_objective_without_curvature() {
 
 #[test]
 fn inequality_active() {
-    for form in SMOOTH_FORMS {
-        let outcome = solver()
-            .subject_to(Constraint::less_than(1.0).with_form(form), linear(&[1.0]))
-            .unwrap()
-            .minimize(&[4.0], squared_distance(&[2.0]))
-            .unwrap();
-        assert_solution(&outcome, &[1.0], &[2.0]);
-    }
+    let outcome = solver()
+        .subject_to(Constraint::less_than(1.0), linear(&[1.0]))
+        .unwrap()
+        .minimize(&[4.0], squared_distance(&[2.0]))
+        .unwrap();
+    assert_solution(&outcome, &[1.0], &[2.0]);
 }
 
 #[test]
 fn inequality_inactive() {
     // From a start that violates it, so that the multiplier rises first.
-    for form in SMOOTH_FORMS {
-        let outcome = solver()
-            .subject_to(Constraint::less_than(3.0).with_form(form), linear(&[1.0]))
-            .unwrap()
-            .minimize(&[8.0], squared_distance(&[2.0]))
-            .unwrap();
-        assert_solution(&outcome, &[2.0], &[0.0]);
-    }
+    let outcome = solver()
+        .subject_to(Constraint::less_than(3.0), linear(&[1.0]))
+        .unwrap()
+        .minimize(&[8.0], squared_distance(&[2.0]))
+        .unwrap();
+    assert_solution(&outcome, &[2.0], &[0.0]);
 }
 
 #[test]
@@ -122,6 +117,31 @@ fn max_form_holds_the_limit_to_within_a_step() {
     // The last rate is 2e-8 and the derivatives at most 2 + lambda.
     assert!((outcome.x[0] - 1.0).abs() < CLOSE, "{outcome:?}");
     assert!(outcome.multipliers[0] >= 2.0 - CLOSE, "{outcome:?}");
+}
+
+#[test]
+fn a_multiplier_that_moves_by_adamax() {
+    let settings = MdmmSettings {
+        rate: Schedule::constant(0.01)
+            .and_then(|rate| rate.with_exponential_decay(2000, 8000, 1e-5))
+            .unwrap(),
+        max_steps: 8000,
+        ..MdmmSettings::default()
+    };
+    let constraint = Constraint::less_than(1.0)
+        .with_adamax(AdamSettings::default())
+        .unwrap();
+    let outcome = Mdmm::new(settings)
+        .unwrap()
+        .subject_to(constraint, linear(&[1.0, 1.0]))
+        .unwrap()
+        .minimize(&[3.0, -1.0], squared_distance(&[1.0, 1.0]))
+        .unwrap();
+    // Adamax-type steps end about one last rate (1e-7) away, times the number of steps at about that rate.
+    for x in &outcome.x {
+        assert!((x - 0.5).abs() < 1e-4, "{outcome:?}");
+    }
+    assert!((outcome.multipliers[0] - 1.0).abs() < 1e-3, "{outcome:?}");
 }
 
 #[test]
@@ -153,19 +173,14 @@ fn two_constraints_active() {
 #[test]
 fn equality_and_inequality() {
     // x + y = 1 and x < 0.2: 2x + a + b = 0, 2y + a = 0.
-    for form in SMOOTH_FORMS {
-        let outcome = solver()
-            .subject_to(Constraint::equal_to(1.0), linear(&[1.0, 1.0]))
-            .unwrap()
-            .subject_to(
-                Constraint::less_than(0.2).with_form(form),
-                linear(&[1.0, 0.0]),
-            )
-            .unwrap()
-            .minimize(&[0.0, 0.0], squared_distance(&[0.0, 0.0]))
-            .unwrap();
-        assert_solution(&outcome, &[0.2, 0.8], &[-1.6, 1.2]);
-    }
+    let outcome = solver()
+        .subject_to(Constraint::equal_to(1.0), linear(&[1.0, 1.0]))
+        .unwrap()
+        .subject_to(Constraint::less_than(0.2), linear(&[1.0, 0.0]))
+        .unwrap()
+        .minimize(&[0.0, 0.0], squared_distance(&[0.0, 0.0]))
+        .unwrap();
+    assert_solution(&outcome, &[0.2, 0.8], &[-1.6, 1.2]);
 }
 
 #[test]
@@ -178,18 +193,6 @@ fn nonconvex_circle() {
         .unwrap();
     let half = 0.5_f64.sqrt();
     assert_solution(&outcome, &[half, half], &[half]);
-}
-
-#[test]
-fn scale_divides_the_multiplier_and_leaves_the_solution() {
-    for scale in [0.25, 4.0] {
-        let outcome = solver()
-            .subject_to(Constraint::less_than(1.0).with_scale(scale), linear(&[1.0]))
-            .unwrap()
-            .minimize(&[4.0], squared_distance(&[2.0]))
-            .unwrap();
-        assert_solution(&outcome, &[1.0], &[2.0 / scale]);
-    }
 }
 
 #[test]
@@ -226,58 +229,6 @@ fn first_step_by_hand() {
     assert!((outcome.x[0] - (4.0 - 0.02 * 7.0)).abs() < CLOSE);
     assert!((outcome.multipliers[0] - 0.1 * 3.0).abs() < CLOSE);
     assert!((outcome.infeasibility - 2.86).abs() < CLOSE);
-}
-
-#[test]
-fn squared_slack_descends_by_hand() {
-    let mut constraint = Constraint::less_than(1.0)
-        .with_form(InequalityForm::SquaredSlack)
-        .with_scale(3.0);
-    // At value -3 a slack of 2 makes the constraint hold: nothing moves.
-    constraint.ascend(0.1, -3.0);
-    assert_eq!(
-        (constraint.multiplier(), constraint.slack()),
-        (0.0, Some(2.0))
-    );
-    // At value -2 then g = 1: the weight is 3, d L/ds = 2 s weight = 12 and d L/dlambda = 3.
-    constraint.ascend(0.1, -2.0);
-    assert!((constraint.multiplier() - 0.3).abs() < CLOSE);
-    assert!((constraint.slack().unwrap() - 0.8).abs() < CLOSE);
-    constraint.reset();
-    assert_eq!((constraint.multiplier(), constraint.slack()), (0.0, None));
-}
-
-#[test]
-fn adamax_for_parameters_and_multipliers() {
-    let settings = MdmmSettings {
-        optimizer: OptimizerKind::Adamax(AdamaxSettings::default()),
-        rate: Schedule::constant(0.01)
-            .and_then(|rate| rate.with_exponential_decay(2000, 8000, 1e-5))
-            .unwrap(),
-        max_steps: 8000,
-        ..MdmmSettings::default()
-    };
-    for form in SMOOTH_FORMS {
-        let update = MultiplierUpdate::Adamax(AdamaxSettings::default());
-        let constraint = Constraint::less_than(1.0)
-            .with_form(form)
-            .with_update(update)
-            .unwrap();
-        let outcome = Mdmm::new(settings.clone())
-            .unwrap()
-            .subject_to(constraint, linear(&[1.0, 1.0]))
-            .unwrap()
-            .minimize(&[3.0, -1.0], squared_distance(&[1.0, 1.0]))
-            .unwrap();
-        // Adamax-type steps end about one last rate (1e-7) away, times the number of steps at about that rate.
-        for x in &outcome.x {
-            assert!((x - 0.5).abs() < 1e-4, "{form:?} {outcome:?}");
-        }
-        assert!(
-            (outcome.multipliers[0] - 1.0).abs() < 1e-3,
-            "{form:?} {outcome:?}"
-        );
-    }
 }
 
 #[test]
@@ -327,7 +278,6 @@ fn bad_arguments_are_named() {
     assert!(constrain(Constraint::less_than(f64::NAN)).contains("limit"));
     assert!(constrain(Constraint::equal_to(f64::INFINITY)).contains("target"));
     assert!(constrain(Constraint::less_than(1.0).with_damping(-1.0)).contains("damping"));
-    assert!(constrain(Constraint::less_than(1.0).with_scale(0.0)).contains("scale"));
 
     let start = |start: &[f64]| {
         let result = solver().minimize(start, linear(&[1.0]));
@@ -443,17 +393,16 @@ proptest! {
     /// `weight` is the derivative of `term` by the value, and `ascend` follows its derivative by the multiplier.
     #[test]
     fn weight_and_ascent_are_the_derivatives_of_the_term(
-        form in prop::sample::select(vec![InequalityForm::Slack, InequalityForm::SquaredSlack, InequalityForm::Max]),
+        form in prop::sample::select(vec![InequalityForm::Slack, InequalityForm::Max]),
         is_equality in any::<bool>(),
         damping in prop::sample::select(vec![0.0, 0.5, 1.0, 3.0]),
-        scale in 0.1..4.0_f64,
         rise in 0.0..2.0_f64,
         earlier in -3.0..3.0_f64,
         value in -3.0..3.0_f64,
     ) {
         let bound = if is_equality { Constraint::equal_to(0.5) } else { Constraint::less_than(0.5) };
-        let mut constraint = bound.with_form(form).with_damping(damping).with_scale(scale);
-        // A first step gives it a multiplier (0 in one in two cases of inequalities) and fixes the slack.
+        let mut constraint = bound.with_form(form).with_damping(damping);
+        // A first step gives it a multiplier (0 in one in two cases of inequalities).
         constraint.ascend(rise, earlier);
         let step = 1e-6;
         let is_near_kink = [0.5, 0.5 - constraint.multiplier() / damping]
@@ -468,14 +417,11 @@ proptest! {
         let g = constraint.infeasibility(value);
         constraint.ascend(rate, value);
         let change = constraint.multiplier() - multiplier;
-        let is_clamped = !is_equality && multiplier + rate * scale * g < 0.0;
-        let expected = if is_clamped { -multiplier } else { rate * scale * g };
+        let is_clamped = !is_equality && multiplier + rate * g < 0.0;
+        let expected = if is_clamped { -multiplier } else { rate * g };
         prop_assert!((change - expected).abs() < 1e-12);
-        // A squared slack moves too, which changes the term as well.
-        if is_equality || form != InequalityForm::SquaredSlack {
-            let growth = constraint.term(value) - before;
-            // Second order in a change of at most 5e-5.
-            prop_assert!((growth - scale * g * change).abs() < 5e-8, "{growth} {}", scale * g * change);
-        }
+        let growth = constraint.term(value) - before;
+        // Second order in a change of at most 5e-5.
+        prop_assert!((growth - g * change).abs() < 5e-8, "{growth} {}", g * change);
     }
 }

@@ -2,7 +2,7 @@
 
 use graspd_fit::{DepthSettings, FitStage, SkinFitSettings};
 use graspd_geom::Vec3;
-use graspd_opt::{AdamSettings, AdamaxSettings, OptimizerKind, Schedule};
+use graspd_opt::{AdamSettings, OptimizerKind, Schedule};
 use graspd_settings::{
     ANY, AT_LEAST_ONE, FINITE, FRACTION, NOT_NEGATIVE, POSITIVE, Ranges, Validate, ranges,
 };
@@ -488,7 +488,7 @@ impl SynthesisSettings {
         if self.pose_uses_adam {
             OptimizerKind::Adam(AdamSettings::default())
         } else {
-            OptimizerKind::Adamax(AdamaxSettings::default())
+            OptimizerKind::Adamax(AdamSettings::default())
         }
     }
 }

@@ -6,8 +6,8 @@ use graspd_hand::{
     Hand, HandPose, Kinematics, Limit, POINT_PADDING, PoseGradient, clamp_to_limits,
 };
 use graspd_opt::{
-    Adamax, AdamaxIteration, AdamaxSettings, Constraint, InequalityForm, MultiplierUpdate,
-    Optimizer, ParameterGroup, Schedule,
+    AdamSettings, Adamax, AdamaxIteration, Constraint, InequalityForm, Optimizer, ParameterGroup,
+    Schedule,
 };
 use graspd_settings::Validate;
 use graspd_sim::{
@@ -132,7 +132,7 @@ impl RelativeConstraint {
         let mut made = Self::in_parts(limit, 10.0, settings);
         made.constraint = (made.constraint)
             .with_form(InequalityForm::Max)
-            .with_update(MultiplierUpdate::Adamax(AdamaxSettings::default()))?;
+            .with_adamax(AdamSettings::default())?;
         Ok(made)
     }
     /// d Lagrangian / d value.
@@ -241,7 +241,7 @@ where
             losses: Losses::default(),
             pose_decay: settings.pose_decay()?,
             force_decay: settings.force_decay()?,
-            force_optimizer: Adamax::new(targets.state_len(), AdamaxSettings::default())?,
+            force_optimizer: Adamax::new(targets.state_len(), AdamSettings::default())?,
             targets,
             task: if settings.released_code {
                 RelativeConstraint::released(settings.task_limit, settings)?

@@ -22,7 +22,7 @@ use graspd::{Losses, SynthesisSettings, draw_start, synthesize};
 use graspd_ad::{Element, Real, Tape, Var, vectorize};
 use graspd_geom::Vec3;
 use graspd_hand::{Hand, HandPose, Kinematics, POINT_PADDING, PointBuffer};
-use graspd_opt::{Adamax, AdamaxIteration, AdamaxSettings, Optimizer};
+use graspd_opt::{AdamSettings, Adamax, AdamaxIteration, Optimizer};
 use graspd_sim::{ContactState, ForceWeights, Precision, Scene, TargetRule, TargetWrenches, Twist};
 use rustix::time::{ClockId, clock_gettime};
 
@@ -84,7 +84,7 @@ where
             scene,
             targets: vec![E::zero(); len],
             gradient: vec![E::zero(); len],
-            optimizer: Adamax::new(len, AdamaxSettings::default()).expect("they are in range"),
+            optimizer: Adamax::new(len, AdamSettings::default()).expect("they are in range"),
         }
     }
 
@@ -113,7 +113,7 @@ where
     fn new(setting: &'a Setting) -> Self {
         let scene = setting.scene::<E>();
         let targets = scene.new_targets();
-        let settings = AdamaxSettings::default();
+        let settings = AdamSettings::default();
         Self {
             scene,
             optimizer: Adamax::new(targets.state_len(), settings).expect("they are in range"),

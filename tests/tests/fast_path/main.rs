@@ -4,7 +4,7 @@
 mod trajectory;
 
 use graspd_hand::{Hand, HandPose, Kinematics, PointBuffer, PoseGradient};
-use graspd_opt::{Adamax, AdamaxSettings, Optimizer};
+use graspd_opt::{AdamSettings, Adamax, Optimizer};
 use graspd_sim::{ForceWeights, Precision, Scene, SimulationParams, TargetWrenches};
 
 use trajectory::{AdamaxRule, HAND, MUG, TRAJECTORY, WHOLE_TRAJECTORY};
@@ -51,7 +51,7 @@ where
         Self {
             scene,
             targets: vec![E::zero(); len],
-            optimizer: Adamax::new(len, AdamaxSettings::default()).expect("they are in range"),
+            optimizer: Adamax::new(len, AdamSettings::default()).expect("they are in range"),
         }
     }
 
@@ -83,7 +83,7 @@ where
         Self {
             scene,
             targets,
-            optimizer: Adamax::new(len, AdamaxSettings::default()).expect("they are in range"),
+            optimizer: Adamax::new(len, AdamSettings::default()).expect("they are in range"),
         }
     }
 
