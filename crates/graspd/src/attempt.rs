@@ -9,6 +9,7 @@ use rayon::prelude::*;
 
 use crate::GraspError;
 use crate::annealing::{AnnealingSettings, anneal};
+use crate::antipodal_start::AntipodalStarts;
 use crate::force_closure::epsilon_of_fit;
 use crate::object::GraspObject;
 use crate::preset::SynthesisSettings;
@@ -21,6 +22,7 @@ use crate::synthesis::{Losses, Synthesis, synthesize};
 pub(crate) struct Job<'a> {
     pub(crate) object: &'a GraspObject,
     pub(crate) surface: &'a SurfaceSampler<'a>,
+    pub(crate) antipodal: Option<&'a AntipodalStarts<'a>>,
     pub(crate) hand: &'a dyn Hand,
     pub(crate) settings: &'a SynthesisSettings,
     pub(crate) seed: u64,
@@ -49,6 +51,9 @@ impl Job<'_> {
             seed,
             ..
         } = *self;
+        if let Some(pose) = (self.antipodal).and_then(|starts| starts.start(seed, number)) {
+            return pose;
+        }
         draw_start_at(surface, object, hand, settings, seed, number)
     }
 

@@ -59,6 +59,8 @@
 
 mod ablation;
 mod annealing;
+mod antipodal_start;
+mod aperture;
 mod approach;
 mod attempt;
 mod batch;

@@ -11,6 +11,7 @@ use graspd_sim::Scene;
 use rayon::prelude::*;
 
 use crate::GraspError;
+use crate::antipodal_start::AntipodalStarts;
 use crate::attempt::{Attempt, Job};
 use crate::execution::{ExecutionSettings, plan_pre_grasp, plan_squeeze};
 use crate::object::GraspObject;
@@ -77,6 +78,8 @@ pub trait RunObserver: Sync {
     fn step(&self, index: usize, step: usize);
     /// A grasp has been made and judged (its rank is not known yet).
     fn finished(&self, record: &GraspRecord);
+    /// Something about the run as a whole that a user should know.
+    fn warning(&self, _text: &str) {}
 }
 
 /// Says nothing.
@@ -149,6 +152,9 @@ pub fn synthesize_grasps(
     observer: &dyn RunObserver,
 ) -> Result<Vec<Grasp>, GraspError> {
     let maker = GraspMaker::new(object, hand, settings, run)?;
+    if let Some(text) = maker.warning() {
+        observer.warning(&text);
+    }
     let mut grasps = (0..run.count)
         .into_par_iter()
         .map(|index| maker.grasp(index, observer))
@@ -174,6 +180,7 @@ pub struct GraspMaker<'a> {
     judged: ObjectUnderTest,
     hand: &'a dyn Hand,
     fitter: Option<HandFitter<'a>>,
+    antipodal: Option<AntipodalStarts<'a>>,
     settings: &'a SynthesisSettings,
     run: &'a RunSettings,
 }
@@ -199,15 +206,25 @@ impl<'a> GraspMaker<'a> {
         let fitter = (settings.skin_fit.as_ref())
             .map(|skin_fit| HandFitter::new(hand, skin_fit))
             .transpose()?;
+        let surface = surface_of(object)?;
+        let antipodal = (fitter.is_some())
+            .then(|| AntipodalStarts::new(object, hand, &surface))
+            .transpose()?;
         Ok(Self {
             object,
-            surface: surface_of(object)?,
+            surface,
+            antipodal,
             judged,
             hand,
             fitter,
             settings,
             run,
         })
+    }
+
+    /// Says so if the hand cannot close around any part of the object; only presets with `skin_fit` look.
+    pub fn warning(&self) -> Option<String> {
+        self.antipodal.as_ref().and_then(AntipodalStarts::warning)
     }
 
     /// The grasp of start `index`, judged but not ranked: the same, timings apart, whatever was made before.
@@ -226,6 +243,7 @@ impl<'a> GraspMaker<'a> {
         let job = Job {
             object,
             surface: &self.surface,
+            antipodal: self.antipodal.as_ref(),
             hand,
             settings,
             seed: run.seed,

@@ -236,6 +236,9 @@ struct Reporter {
 }
 
 impl RunObserver for Reporter {
+    fn warning(&self, text: &str) {
+        self.progress.note(&format!("warning: {text}"));
+    }
     fn step(&self, _index: usize, step: usize) {
         if step > 0 && step.is_multiple_of(PROGRESS_INTERVAL) {
             self.progress.advance(PROGRESS_INTERVAL as u64);
