@@ -72,14 +72,6 @@ impl Default for Checker {
 }
 
 impl Checker {
-    /// With another step.
-    pub fn with_step(step: f64) -> Self {
-        Self {
-            step,
-            ..Self::default()
-        }
-    }
-
     /// Derivative of a function of one variable at 0, such as one along a path: the central differences with the
     /// step and with half of it, extrapolated to step 0, so that the error falls with its fourth power.
     pub fn derivative(&self, mut function: impl FnMut(f64) -> f64) -> f64 {

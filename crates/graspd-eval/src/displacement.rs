@@ -44,7 +44,7 @@ mod tests;
 pub use bodies::{DynamicObject, FixedHand};
 pub use convex_piece::ConvexPiece;
 pub use decomposition::{DecompositionSettings, ObjectPieces};
-pub use engine::{GRASPD_ENGINE, PhysicsEngine};
+pub use engine::PhysicsEngine;
 pub use external_engine::{SimulationAnswer, SimulationJob, convex_parts};
 pub use protocol::{DisplacementSettings, ObjectMotion, SIX_DIRECTIONS, SixDisplacements};
 pub use shake::{ShakeOutcome, ShakeSettings, shake};

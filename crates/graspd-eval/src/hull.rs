@@ -18,6 +18,7 @@ mod body;
 mod certificate;
 mod exact;
 mod expansion;
+mod facet;
 mod frame;
 mod frontier;
 mod hyperplane;
@@ -44,7 +45,7 @@ pub use volume::{HullVolume, VolumeMethod, VolumeSettings, hull_volume};
 /// The most facets that a hull may have before [`convex_hull`] gives up: about 256 MB in six dimensions.
 ///
 /// The wrenches of 128 contacts with 8 edges each have about 460 000.
-pub const MAX_FACETS: usize = 2_000_000;
+pub(crate) const MAX_FACETS: usize = 2_000_000;
 
 /// What the points span.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -122,7 +123,7 @@ impl<const D: usize> ConvexHull<D> {
 ///
 /// # Errors
 /// [`EvaluationError::NotFinite`] for a coordinate that is NaN or infinite;
-/// [`EvaluationError::TooManyFacets`] where more than [`MAX_FACETS`] would be needed.
+/// [`EvaluationError::TooManyFacets`] where more than 2 million would be needed.
 pub fn convex_hull<const D: usize>(points: &[[f64; D]]) -> Result<ConvexHull<D>, EvaluationError> {
     convex_hull_limited(points, MAX_FACETS)
 }
@@ -131,7 +132,7 @@ pub fn convex_hull<const D: usize>(points: &[[f64; D]]) -> Result<ConvexHull<D>,
 ///
 /// # Errors
 /// As for [`convex_hull`].
-pub fn convex_hull_limited<const D: usize>(
+fn convex_hull_limited<const D: usize>(
     points: &[[f64; D]],
     max_facets: usize,
 ) -> Result<ConvexHull<D>, EvaluationError> {
@@ -236,7 +237,7 @@ pub fn origin_depth<const D: usize>(
 ///
 /// # Errors
 /// As for [`origin_depth`].
-pub fn origin_depth_of_sum<const D: usize>(
+pub(crate) fn origin_depth_of_sum<const D: usize>(
     points: &[[f64; D]],
     group: usize,
     search: &DepthSearch,

@@ -66,9 +66,9 @@ mod wrench_space;
 
 pub use displacement::{
     ConvexPiece, DecompositionSettings, DisplacementSettings, DynamicObject, FixedHand,
-    GRASPD_ENGINE, ObjectMotion, ObjectPieces, PhysicsEngine, SIX_DIRECTIONS, ShakeOutcome,
-    ShakeSettings, SimulationAnswer, SimulationJob, SixDisplacements, convex_parts, shake,
-    simulate, simulate_six_directions,
+    ObjectMotion, ObjectPieces, PhysicsEngine, SIX_DIRECTIONS, ShakeOutcome, ShakeSettings,
+    SimulationAnswer, SimulationJob, SixDisplacements, convex_parts, shake, simulate,
+    simulate_six_directions,
 };
 pub use error::EvaluationError;
 pub use ferrari_canny::{
@@ -76,9 +76,8 @@ pub use ferrari_canny::{
     grasp_quality,
 };
 pub use hull::{
-    ConvexHull, DepthBounds, DepthSearch, HullFacet, HullShape, HullVolume, MAX_FACETS,
-    OriginDepth, VolumeMethod, VolumeSettings, convex_hull, convex_hull_limited, hull_volume,
-    origin_depth, origin_depth_of_sum,
+    ConvexHull, DepthBounds, DepthSearch, HullFacet, HullShape, HullVolume, OriginDepth,
+    VolumeMethod, VolumeSettings, convex_hull, hull_volume, origin_depth,
 };
 pub use interpenetration::interpenetration_volume_cm3;
 pub use metric::{HOLDS_BELOW_CM, METRICS, Metric, MetricGetter, MetricKind};

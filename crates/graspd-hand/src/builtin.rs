@@ -4,10 +4,10 @@ use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
+use crate::human::{HumanPoseSpace, human_model};
 use crate::{
-    ArticulatedHand, Hand, HandError, HandOptions, HumanPoseSpace, MirroredHand, SkinnedHand,
-    SkinnedHandOptions, UrdfOptions, allegro, barrett, human, human_model, leap, load_skinned_hand,
-    load_urdf,
+    ArticulatedHand, Hand, HandError, HandOptions, MirroredHand, SkinnedHand, SkinnedHandOptions,
+    UrdfOptions, allegro, barrett, human, leap, load_skinned_hand, load_urdf,
 };
 
 /// A hand that is built in.

@@ -77,15 +77,15 @@ pub use hand::{
     CollisionSpheres, ContactPoints, Hand, HandPose, Kinematics, PalmFrame, Part, PoseGradient,
 };
 pub use hand_options::HandOptions;
-pub use human::{HUMAN_SHAPE_NAMES, HumanPoseSpace, human, human_model};
+pub use human::{HUMAN_SHAPE_NAMES, human};
 pub use jacobian_rows::{JacobianRow, JacobianRows, PointForces};
 pub use joint::{Joint, JointKind, Mimic};
 pub use leap::leap;
 pub use limits::{Limit, clamp_to_limits};
 pub use mano::{
-    JointPlacement, NumpyValue, POSE_FEATURES, POSE_VALUES, SKINNED_JOINT_NAMES,
-    SKINNED_JOINT_PARENTS, SKINNED_JOINTS, SkinnedHand, SkinnedHandOptions, SkinnedModel,
-    load_skinned_hand, load_skinned_model, parse_skinned_model, read_npy,
+    JointPlacement, NumpyValue, POSE_FEATURES, POSE_VALUES, SKINNED_JOINT_PARENTS, SKINNED_JOINTS,
+    SkinnedHand, SkinnedHandOptions, SkinnedModel, load_skinned_hand, load_skinned_model,
+    parse_skinned_model, read_npy,
 };
 pub use mirroring::MirroredHand;
 pub use points::{POINT_PADDING, PointBuffer};

@@ -4,7 +4,7 @@ mod toy;
 
 use graspd_geom::{Quaternion, Vec3, box_mesh};
 use graspd_hand::{Hand, HandError, HandPose, Limit, LoadOptions, load_hand_from, load_urdf};
-use graspd_mesh::{save_obj, save_stl};
+use graspd_mesh::{save_mesh, save_obj};
 use nalgebra::Vector3;
 use std::path::Path;
 use toy::{LIMIT, joint, load_text, robot, small_options};
@@ -117,7 +117,7 @@ fn meshes_are_found_scaled_mended_and_replaced() {
     let meshes = folder.path().join("toy_description/meshes");
     std::fs::create_dir_all(&meshes).unwrap();
     let cube = box_mesh(Vector3::repeat(20.0), 20.0);
-    save_stl(&cube, meshes.join("cube.stl")).unwrap();
+    save_mesh(&cube, meshes.join("cube.stl")).unwrap();
     let mut open = cube.clone();
     open.faces.truncate(8);
     save_obj(&open, meshes.join("open.obj")).unwrap();

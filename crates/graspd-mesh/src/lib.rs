@@ -31,7 +31,7 @@ mod repair;
 
 pub use io::{
     OrientedPoints, file_bytes, load_mesh, load_points, parse_error, parse_mesh,
-    require_mesh_format, save_mesh, save_obj, save_off, save_ply, save_stl, write_whole,
+    require_mesh_format, save_mesh, save_obj, write_whole,
 };
 pub use isosurface::{NodeGrid, isosurface};
 pub use objects::{BUILTIN_OBJECTS, BuiltinObject, builtin_object};

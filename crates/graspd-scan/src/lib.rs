@@ -32,7 +32,6 @@ pub use poisson::{PoissonSettings, PoissonSurface, poisson_surface};
 pub use rgbd::{
     DepthImage, DepthIntrinsics, DepthNoise, DepthScene, DepthView, FusedCloud, FusedView,
     FusionSettings, ObjectMask, PinholeCamera, Plane, Reconstruction, ReconstructionSettings,
-    Registration, RgbdCapture, ScanSettings, TurntableViews, align_to_mesh, fuse, is_ycb_capture,
-    read_capture, read_simple_capture, read_ycb_capture, reconstruct, scan_on_turntable,
-    standing_on_table,
+    Registration, RgbdCapture, ScanSettings, TurntableViews, align_to_mesh, fuse, read_capture,
+    read_simple_capture, read_ycb_capture, reconstruct, scan_on_turntable,
 };

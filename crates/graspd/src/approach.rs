@@ -3,7 +3,6 @@
 use graspd_geom::Vec3;
 use graspd_hand::{Hand, HandPose, HandScratch, PointBuffer};
 
-use crate::execution::{ClosingOrder, PlannedPreGrasp};
 use crate::object::GraspObject;
 
 /// Poses looked at on each straight stretch of the way.
@@ -12,6 +11,42 @@ const WAY_POINTS: usize = 8;
 const DEPTH_TOLERANCE: f64 = 5e-4;
 /// Least distance between the pre-grasp and the object \[m\].
 const MIN_CLEARANCE: f64 = 2e-3;
+
+/// The order in which the hand gets from pre-grasp to grasp.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ClosingOrder {
+    /// First the base moves in a straight line with the joints of the pre-grasp, then the joints close in a straight
+    /// line with the base in place.
+    ApproachThenClose,
+    /// Base and joints move together, each in a straight line.
+    Together,
+}
+
+impl ClosingOrder {
+    /// Its name in records.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::ApproachThenClose => "approach_then_close",
+            Self::Together => "together",
+        }
+    }
+}
+
+/// Where the hand should be before it grasps.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PlannedPreGrasp {
+    /// The opened hand, standing back.
+    pub pose: HandPose,
+    /// How to get from there to the grasp.
+    pub order: ClosingOrder,
+    /// Least signed distance of the hand to the object in the pre-grasp \[m\].
+    pub clearance: f64,
+    /// Least signed distance at the way points before the grasp \[m\]: about that of the grasp itself where the way
+    /// is free, as the hand touches at its end.
+    pub clearance_on_the_way: f64,
+    /// Whether the pre-grasp is clear of the object and no way point is deeper in it than the grasp.
+    pub is_free: bool,
+}
 
 /// Poses on the way from `start` to `grasp`, without the grasp itself.
 pub(crate) fn way_points(start: &HandPose, grasp: &HandPose, order: ClosingOrder) -> Vec<HandPose> {

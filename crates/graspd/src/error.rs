@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use graspd_settings::OutOfRange;
 
-use crate::record::SCHEMA;
+use crate::SCHEMA;
 
 /// Why grasps could not be made, read or written.
 #[derive(Debug, thiserror::Error)]

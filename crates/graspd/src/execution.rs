@@ -4,7 +4,7 @@ use graspd_hand::{Hand, HandPose, clamp_to_limits};
 use graspd_settings::{Ranges, Validate, between, ranges};
 use serde::{Deserialize, Serialize};
 
-use crate::approach::PathProbe;
+use crate::approach::{ClosingOrder, PathProbe, PlannedPreGrasp};
 use crate::object::GraspObject;
 use crate::pressing::Pressing;
 
@@ -43,42 +43,6 @@ impl Validate for ExecutionSettings {
         }
         .source("docs/hands.md")
     }
-}
-
-/// The order in which the hand gets from pre-grasp to grasp.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum ClosingOrder {
-    /// First the base moves in a straight line with the joints of the pre-grasp, then the joints close in a straight
-    /// line with the base in place.
-    ApproachThenClose,
-    /// Base and joints move together, each in a straight line.
-    Together,
-}
-
-impl ClosingOrder {
-    /// Its name in records.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::ApproachThenClose => "approach_then_close",
-            Self::Together => "together",
-        }
-    }
-}
-
-/// Where the hand should be before it grasps.
-#[derive(Clone, Debug, PartialEq)]
-pub struct PlannedPreGrasp {
-    /// The opened hand, standing back.
-    pub pose: HandPose,
-    /// How to get from there to the grasp.
-    pub order: ClosingOrder,
-    /// Least signed distance of the hand to the object in the pre-grasp \[m\].
-    pub clearance: f64,
-    /// Least signed distance at the way points before the grasp \[m\]: about that of the grasp itself where the way
-    /// is free, as the hand touches at its end.
-    pub clearance_on_the_way: f64,
-    /// Whether the pre-grasp is clear of the object and no way point is deeper in it than the grasp.
-    pub is_free: bool,
 }
 
 /// How far the hand opens for a pre-grasp, of the way to fully open; the widest that is free is taken.

@@ -86,6 +86,7 @@ mod synthesis;
 
 pub use ablation::{ConstraintMethod, MethodPart};
 pub use annealing::{AnnealingSettings, anneal};
+pub use approach::{ClosingOrder, PlannedPreGrasp};
 pub use batch::{
     BatchFolder, BatchInput, BatchManifest, BatchObserver, BatchPlan, BatchTally, DatasetSummary,
     ObjectLoader, PlannedObject, PlannedRun, RunRow, RunState, Shard, StartFailure, StartOutcome,
@@ -98,9 +99,7 @@ pub use configuration::{
 pub use dexgraspnet::read_dexgraspnet;
 pub use diversity::{Diversity, diverse, pose_distances};
 pub use error::GraspError;
-pub use execution::{
-    ClosingOrder, ExecutionSettings, PlannedPreGrasp, PlannedSqueeze, plan_pre_grasp, plan_squeeze,
-};
+pub use execution::{ExecutionSettings, PlannedSqueeze, plan_pre_grasp, plan_squeeze};
 pub use graspd_ad::{INSTRUCTIONS_VARIABLE, Instructions, UnknownInstructions};
 pub use graspd_settings::{OutOfRange, Range, Validate};
 pub use object::{GraspObject, NamedMesh, PAPER_PADDING, PAPER_RESOLUTION};
@@ -108,16 +107,17 @@ pub use preset::{PRESETS, SynthesisSettings};
 pub use pressing::{PressingContact, pressing_contacts};
 pub use rank::rank_by_displacement;
 pub use record::{
-    GraspRecord, OptimizerRecord, PreGrasp, RecordedPose, SCHEMA, Seconds, Squeeze, named_joints,
+    GraspRecord, OptimizerRecord, PreGrasp, RecordedPose, Seconds, Squeeze, named_joints,
 };
 pub use record_file::{read_records, write_atomically, write_records};
-pub use run::{
-    Grasp, GraspMaker, RunObserver, RunSettings, TrajectoryPoint, draw_start, synthesize_grasps,
-};
+pub use run::{Grasp, RunObserver, RunSettings, TrajectoryPoint, draw_start, synthesize_grasps};
 pub use run_description::{Machine, ObjectRepair, RunDescription};
 pub use start::{PAPER_STANDOFF, initial_pose, start_rng, transform_object_hand};
 pub use summary::{MetricMeans, Summary};
 pub use synthesis::{Losses, Synthesis, synthesize};
+
+/// The schema of the records that this version writes.
+pub const SCHEMA: &str = "graspd.grasp/1";
 
 /// The code of the guide, so that it is compiled and run.
 #[cfg(doctest)]

@@ -7,10 +7,7 @@ use graspd_geom::{Quaternion, Vec3};
 use graspd_hand::HandPose;
 use serde::{Deserialize, Serialize};
 
-use crate::GraspError;
-
-/// The schema that this version writes.
-pub const SCHEMA: &str = "graspd.grasp/1";
+use crate::{GraspError, SCHEMA};
 
 /// A pose as records give it: it maps hand-base coordinates into the object's mesh coordinates (after scaling).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

@@ -7,7 +7,8 @@ use std::path::Path;
 use serde_json::Value;
 
 use crate::GraspError;
-use crate::record::{GraspRecord, SCHEMA};
+use crate::SCHEMA;
+use crate::record::GraspRecord;
 
 /// A line longer than this is no record, but might fill the memory \[bytes\].
 const LONGEST_LINE: u64 = 1 << 24;

@@ -18,7 +18,7 @@ use crate::object::GraspObject;
 use crate::preset::SynthesisSettings;
 use crate::rank::rank_by_displacement;
 use crate::record::{
-    GraspRecord, OptimizerRecord, PreGrasp, RecordedPose, SCHEMA, Seconds, Squeeze, named_joints,
+    GraspRecord, OptimizerRecord, PreGrasp, RecordedPose, Seconds, Squeeze, named_joints,
 };
 use crate::start::{initial_pose, start_rng};
 use crate::synthesis::{Losses, Synthesis};
@@ -174,7 +174,7 @@ pub fn synthesize_grasps(
 /// Makes the grasps of one hand on one object, one start at a time and in any order.
 ///
 /// [`synthesize_grasps`] makes all of a run's; this is for who wants some of them, or each as soon as it is done.
-pub struct GraspMaker<'a> {
+pub(crate) struct GraspMaker<'a> {
     object: &'a GraspObject,
     surface: SurfaceSampler<'a>,
     judged: ObjectUnderTest,
@@ -190,7 +190,7 @@ impl<'a> GraspMaker<'a> {
     ///
     /// # Errors
     /// If a setting is out of range, or the object or the hand is not closed.
-    pub fn new(
+    pub(crate) fn new(
         object: &'a GraspObject,
         hand: &'a dyn Hand,
         settings: &'a SynthesisSettings,
@@ -231,7 +231,11 @@ impl<'a> GraspMaker<'a> {
     ///
     /// # Errors
     /// If the optimisation diverges.
-    pub fn grasp(&self, index: usize, observer: &dyn RunObserver) -> Result<Grasp, GraspError> {
+    pub(crate) fn grasp(
+        &self,
+        index: usize,
+        observer: &dyn RunObserver,
+    ) -> Result<Grasp, GraspError> {
         let Self {
             object,
             hand,
@@ -307,7 +311,7 @@ fn record_of(
     let before = plan_pre_grasp(hand, object, pose, execution);
     let after = plan_squeeze(hand, object, pose, execution);
     GraspRecord {
-        schema: SCHEMA.into(),
+        schema: crate::SCHEMA.into(),
         object: object.source.name.clone(),
         object_path: object.source.path_text(),
         object_scale: object.source.scale,

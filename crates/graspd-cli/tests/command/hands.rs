@@ -160,7 +160,7 @@ fn packages_are_found_where_the_flag_says() {
     fs::create_dir_all(&robot).unwrap();
     fs::create_dir_all(elsewhere.join("claw_description/meshes")).unwrap();
     let cube = graspd_geom::box_mesh(nalgebra::Vector3::repeat(0.03), 0.03);
-    graspd_mesh::save_stl(&cube, elsewhere.join("claw_description/meshes/cube.stl")).unwrap();
+    graspd_mesh::save_mesh(&cube, elsewhere.join("claw_description/meshes/cube.stl")).unwrap();
     let shape = concat!(
         r#"<collision><geometry><mesh filename="package://claw_description/meshes/cube.stl"/>"#,
         "</geometry></collision>"

@@ -11,7 +11,7 @@ use crate::EvaluationError;
 ///
 /// Records that say `rapier` without a version are of an earlier version of this solver, which solved contacts in
 /// rapier's order.
-pub const GRASPD_ENGINE: &str = "graspd 1";
+pub(crate) const GRASPD_ENGINE: &str = "graspd 1";
 /// Name and version of rapier, as records keep it.
 #[cfg(any(test, feature = "rapier"))]
 pub(super) const RAPIER_ENGINE: &str = "rapier 0.36.1";

@@ -1,9 +1,7 @@
 //! The working frame: points shifted and scaled into the unit cube.
 
 use super::exact;
-use super::hyperplane::{difference, dot};
-use super::polytope::Facet;
-use super::predicates::Predicates;
+use super::hyperplane::difference;
 use super::simplex::widest_simplex;
 use crate::error::EvaluationError;
 
@@ -17,7 +15,7 @@ const COPLANAR: f64 = 1e-12;
 /// The input in coordinates of magnitude at most 1: `working = (input - middle) / scale`.
 pub(super) struct Frame<const D: usize> {
     pub(super) points: Vec<[f64; D]>,
-    middle: [f64; D],
+    pub(super) middle: [f64; D],
     /// A power of two, so that scaling is exact.
     pub(super) scale: f64,
     /// A point well inside the hull.
@@ -113,23 +111,6 @@ impl<const D: usize> Frame<D> {
             *point = point.map(exact::snap);
         }
         self.is_exact = true;
-    }
-
-    /// The facet's measure in working coordinates.
-    pub(super) fn area(&self, facet: &Facet<D>) -> f64 {
-        let factorial: f64 = (1..D).map(|k| k as f64).product();
-        self.hyperplane(&facet.vertices)
-            .map_or(0.0, |plane| plane.determinant / factorial)
-    }
-
-    /// How far the input's origin is below the facet, in working coordinates.
-    pub(super) fn depth_of_origin(&self, facet: &Facet<D>) -> f64 {
-        facet.offset + dot(&facet.normal, &self.middle) / self.scale
-    }
-
-    /// How far the point that is certainly inside is below the facet, in working coordinates.
-    pub(super) fn depth_of_interior(&self, facet: &Facet<D>) -> f64 {
-        facet.offset - dot(&facet.normal, &self.interior)
     }
 
     /// Where the vertices are.

@@ -1,9 +1,9 @@
 //! The geometric decisions that the construction of a hull rests on, rounded or exact.
 
 use super::exact::{self, GRID};
+use super::facet::Facet;
 use super::frame::Frame;
 use super::hyperplane::{Hyperplane, difference, dot, hyperplane, hyperplane_of_minors};
-use super::polytope::Facet;
 
 /// The corners of a facet lie at most this far from a hyperplane found by weighing two others; reflections do
 /// no better.
@@ -122,6 +122,23 @@ fn tilt<const D: usize>(plane: &Hyperplane<D>, corners: &[&[f64; D]; D]) -> f64 
 }
 
 impl<const D: usize> Frame<D> {
+    /// The facet's measure in working coordinates.
+    pub(super) fn area(&self, facet: &Facet<D>) -> f64 {
+        let factorial: f64 = (1..D).map(|k| k as f64).product();
+        self.hyperplane(&facet.vertices)
+            .map_or(0.0, |plane| plane.determinant / factorial)
+    }
+
+    /// How far the input's origin is below the facet, in working coordinates.
+    pub(super) fn depth_of_origin(&self, facet: &Facet<D>) -> f64 {
+        facet.offset + dot(&facet.normal, &self.middle) / self.scale
+    }
+
+    /// How far the point that is certainly inside is below the facet, in working coordinates.
+    pub(super) fn depth_of_interior(&self, facet: &Facet<D>) -> f64 {
+        facet.offset - dot(&facet.normal, &self.interior)
+    }
+
     /// The hyperplane through the corners, and how far off the heights above it may be.
     fn certain_hyperplane(&self, corners: &[&[f64; D]; D]) -> Hyperplane<D> {
         if let Some(plane) = hyperplane(corners) {

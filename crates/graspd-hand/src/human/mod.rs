@@ -20,23 +20,16 @@ use synergies::PoseBasis;
 pub use shape::HUMAN_SHAPE_NAMES;
 
 /// The coordinates in which a [`human_model`] is posed.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum HumanPoseSpace {
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum HumanPoseSpace {
     /// Angles of the joints, with the joints' own ranges as limits; the last two joints of a finger bend together.
-    #[default]
     JointAngles,
     /// Principal components of natural postures, the most common movement first, within 2.5 standard deviations.
     Synergies,
 }
 
-/// Makes a human right hand by code from published measures: an average adult hand of about 188 mm, open to
-/// use without a licence.
-///
-/// In MANO's layout: 778 vertices, 16 joints in MANO's order, ten shape parameters ([`HUMAN_SHAPE_NAMES`]), 45 pose
-/// components. The origin is the wrist joint; in the rest pose the fingers are straight towards -x, slightly spread,
-/// the palm faces -y and the thumb points towards +z. The skin is closed, also at the wrist, and has the most vertices
-/// on the pads of fingers and palm. The same model is made every time.
-pub fn human_model(space: HumanPoseSpace) -> SkinnedModel {
+/// Makes the model of the hand that [`human`] returns, in one of its pose spaces; always the same.
+pub(crate) fn human_model(space: HumanPoseSpace) -> SkinnedModel {
     let skin = skin::skin();
     let weights = skin_weights::skin_weights(&skin);
     let joints = proportions::joints();
@@ -73,7 +66,13 @@ pub fn human_model(space: HumanPoseSpace) -> SkinnedModel {
     }
 }
 
-/// Returns the built-in human hand: a [`human_model`] in joint angles.
+/// Returns a human right hand, made by code from published measures: an average adult hand of about 188 mm, open to
+/// use without a licence.
+///
+/// In MANO's layout: 778 vertices, 16 joints in MANO's order, ten shape parameters ([`HUMAN_SHAPE_NAMES`]), 45 pose
+/// components. The origin is the wrist joint; in the rest pose the fingers are straight towards -x, slightly spread,
+/// the palm faces -y and the thumb points towards +z. The skin is closed, also at the wrist, and has the most vertices
+/// on the pads of fingers and palm. It is posed by the angles of its joints.
 ///
 /// # Errors
 /// [`HandError::BadOption`] for options that the model cannot follow.

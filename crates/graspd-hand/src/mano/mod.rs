@@ -26,8 +26,7 @@ mod wrist_cap;
 pub use file::{load_skinned_hand, load_skinned_model, parse_skinned_model};
 pub use hand::SkinnedHand;
 pub use model::{
-    JointPlacement, POSE_FEATURES, POSE_VALUES, SKINNED_JOINT_NAMES, SKINNED_JOINT_PARENTS,
-    SKINNED_JOINTS, SkinnedModel,
+    JointPlacement, POSE_FEATURES, POSE_VALUES, SKINNED_JOINT_PARENTS, SKINNED_JOINTS, SkinnedModel,
 };
 pub use numpy_value::{NumpyValue, read_npy};
 pub use options::SkinnedHandOptions;

@@ -9,7 +9,7 @@ pub const POSE_VALUES: usize = 3 * (SKINNED_JOINTS - 1);
 /// Numbers in the pose feature: the entries of R - I of all joints but the wrist.
 pub const POSE_FEATURES: usize = 9 * (SKINNED_JOINTS - 1);
 /// Names of the joints, wrist first.
-pub const SKINNED_JOINT_NAMES: [&str; SKINNED_JOINTS] = [
+pub(super) const SKINNED_JOINT_NAMES: [&str; SKINNED_JOINTS] = [
     "wrist", "index1", "index2", "index3", "middle1", "middle2", "middle3", "pinky1", "pinky2",
     "pinky3", "ring1", "ring2", "ring3", "thumb1", "thumb2", "thumb3",
 ];

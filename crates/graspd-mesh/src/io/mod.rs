@@ -17,8 +17,7 @@ use nalgebra::{Point3, Vector3};
 use graspd_geom::{GeometryError, TriangleMesh};
 
 pub use assemble::parse_error;
-pub use save::write_whole;
-pub use save::{require_mesh_format, save_mesh, save_obj, save_off, save_ply, save_stl};
+pub use save::{require_mesh_format, save_mesh, save_obj, write_whole};
 
 /// Positions and normals, `[n, 3]` each; no normals where the file has none.
 pub type OrientedPoints = (Vec<Point3<f64>>, Vec<Vector3<f64>>);

@@ -55,11 +55,8 @@ pub fn save_obj(mesh: &TriangleMesh, path: impl AsRef<Path>) -> Result<(), Geome
 }
 
 /// Writes a mesh as OFF, otherwise as [`save_obj`].
-///
-/// # Errors
-/// As [`save_obj`].
-pub fn save_off(mesh: &TriangleMesh, path: impl AsRef<Path>) -> Result<(), GeometryError> {
-    write_whole(path.as_ref(), |out| {
+fn save_off(mesh: &TriangleMesh, path: &Path) -> Result<(), GeometryError> {
+    write_whole(path, |out| {
         writeln!(out, "OFF\n{} {} 0", mesh.vertices.len(), mesh.faces.len())?;
         for p in &mesh.vertices {
             writeln!(out, "{} {} {}", p.x, p.y, p.z)?;
@@ -72,11 +69,8 @@ pub fn save_off(mesh: &TriangleMesh, path: impl AsRef<Path>) -> Result<(), Geome
 }
 
 /// Writes a mesh as binary PLY in double precision, otherwise as [`save_obj`].
-///
-/// # Errors
-/// As [`save_obj`].
-pub fn save_ply(mesh: &TriangleMesh, path: impl AsRef<Path>) -> Result<(), GeometryError> {
-    write_whole(path.as_ref(), |out| {
+fn save_ply(mesh: &TriangleMesh, path: &Path) -> Result<(), GeometryError> {
+    write_whole(path, |out| {
         let (vertices, faces) = (mesh.vertices.len(), mesh.faces.len());
         write!(
             out,
@@ -98,11 +92,8 @@ pub fn save_ply(mesh: &TriangleMesh, path: impl AsRef<Path>) -> Result<(), Geome
 }
 
 /// Writes a mesh as binary STL, which keeps single precision and no shared vertices; otherwise as [`save_obj`].
-///
-/// # Errors
-/// As [`save_obj`].
-pub fn save_stl(mesh: &TriangleMesh, path: impl AsRef<Path>) -> Result<(), GeometryError> {
-    write_whole(path.as_ref(), |out| {
+fn save_stl(mesh: &TriangleMesh, path: &Path) -> Result<(), GeometryError> {
+    write_whole(path, |out| {
         out.write_all(&[0; 80])?;
         out.write_all(&(mesh.faces.len() as u32).to_le_bytes())?;
         for face in 0..mesh.faces.len() {

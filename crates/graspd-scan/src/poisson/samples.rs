@@ -1,7 +1,5 @@
 //! Samples in the unit cube, and their averages over small cells.
 
-use std::ops::Range;
-
 use nalgebra::{Point3, Vector3};
 use rayon::prelude::*;
 
@@ -101,12 +99,4 @@ pub(super) fn merged(samples: &[Sample], depth: u32) -> Vec<Sample> {
             sum
         })
         .collect()
-}
-
-/// Which samples, sorted by z at least as finely, lie in the given layers of cells of a level (numbered from 1).
-pub(super) fn in_layers(samples: &[Sample], depth: u32, layers: Range<usize>) -> &[Sample] {
-    let before = |layer: usize| {
-        samples.partition_point(|sample| super::octree::cell_of(sample.position[2], depth) < layer)
-    };
-    &samples[before(layers.start)..before(layers.end)]
 }

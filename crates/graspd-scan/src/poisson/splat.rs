@@ -1,10 +1,19 @@
 //! Spreading samples over cells, and reading them back.
 
+use std::ops::Range;
+
 use rayon::prelude::*;
 
 use super::octree::{cell_of, cells_across};
 use super::runs::Runs;
-use super::samples::{Sample, in_layers};
+use super::samples::Sample;
+
+/// Which samples, sorted by z at least as finely, lie in the given layers of cells of a level (numbered from 1).
+pub(super) fn in_layers(samples: &[Sample], depth: u32, layers: Range<usize>) -> &[Sample] {
+    let before =
+        |layer: usize| samples.partition_point(|sample| cell_of(sample.position[2], depth) < layer);
+    &samples[before(layers.start)..before(layers.end)]
+}
 
 /// The quadratic B-spline about a coordinate at the middles of its cell and the cells before and after it.
 fn weights(coordinate: f64, depth: u32) -> (usize, [f64; 3]) {

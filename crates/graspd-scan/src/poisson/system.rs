@@ -3,7 +3,8 @@
 use rayon::prelude::*;
 
 use super::octree::{Level, cell_of, cells_across};
-use super::samples::{Sample, in_layers};
+use super::samples::Sample;
+use super::splat::in_layers;
 
 /// Entries of a row of the matrix: the 27 nodes around a node, x fastest.
 pub(super) const ROW: usize = 27;

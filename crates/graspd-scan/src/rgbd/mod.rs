@@ -27,5 +27,5 @@ pub use reconstruction::{Reconstruction, ReconstructionSettings, align_to_mesh, 
 pub use registration::Registration;
 pub use render::DepthScene;
 pub use simple::{read_capture, read_simple_capture};
-pub use turntable::{ScanSettings, scan_on_turntable, standing_on_table};
-pub use ycb::{DepthIntrinsics, TurntableViews, is_ycb_capture, read_ycb_capture};
+pub use turntable::{ScanSettings, scan_on_turntable};
+pub use ycb::{DepthIntrinsics, TurntableViews, read_ycb_capture};

@@ -125,7 +125,7 @@ pub fn read_capture(
             path: folder.into(),
         });
     }
-    if super::is_ycb_capture(folder) {
+    if super::ycb::is_ycb_capture(folder) {
         return super::read_ycb_capture(folder, views, intrinsics);
     }
     if folder.join("camera.json").exists() || folder.join("depth.png").exists() {

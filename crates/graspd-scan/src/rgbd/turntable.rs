@@ -57,7 +57,7 @@ impl Validate for ScanSettings {
 
 /// Where a mesh stands on the table: its lowest point on it, the middle of its box above the axis. From the frame of
 /// the table (z up) to the mesh's.
-pub fn standing_on_table(mesh: &TriangleMesh) -> Result<Isometry3<f64>, GeometryError> {
+fn standing_on_table(mesh: &TriangleMesh) -> Result<Isometry3<f64>, GeometryError> {
     let (low, high) = mesh.bounds().ok_or(GeometryError::EmptyMesh)?;
     let middle = nalgebra::center(&low, &high);
     Ok(Isometry3::translation(middle.x, middle.y, low.z))

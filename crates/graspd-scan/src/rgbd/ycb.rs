@@ -80,7 +80,7 @@ impl TurntableViews {
 }
 
 /// Whether a folder looks like a capture in this layout.
-pub fn is_ycb_capture(folder: &Path) -> bool {
+pub(super) fn is_ycb_capture(folder: &Path) -> bool {
     folder.join(CALIBRATION).exists() || folder.join(DESCRIPTION).exists()
 }
 

@@ -7,10 +7,9 @@ use std::str::FromStr;
 use serde::Serialize;
 
 use super::manifest::BatchManifest;
-use crate::GraspError;
 use crate::configuration::Configuration;
-use crate::record::SCHEMA;
 use crate::run_description::{ObjectRepair, RunDescription};
+use crate::{GraspError, SCHEMA};
 
 /// Letters of a run's name that are of the object's.
 const NAME_LETTERS: usize = 40;
