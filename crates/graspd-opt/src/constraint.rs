@@ -96,8 +96,8 @@ impl Constraint {
         self.form = form;
         self
     }
-    /// The same with a multiplier that moves by Adamax, as if it were one more parameter with a negative rate: by about
-    /// the rate, whatever the infeasibility's size.
+    /// The same with a multiplier that moves by Adamax, as if it were one more parameter with a negative rate:
+    /// by about the rate, whatever the infeasibility's size.
     ///
     /// # Errors
     /// If a setting of Adamax is out of range.
