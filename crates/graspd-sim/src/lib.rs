@@ -40,6 +40,7 @@
 //! * [`ContactState`]: the contact law at one point, over any scalar: penalty force, friction, and the leaky gradient.
 //! * [`SimulatedObject`] and [`step_twist`]: one time step of a rigid body under wrenches.
 //! * [`task_loss`], [`range_loss`], [`limit_loss`] and [`sphere_overlap`]: what a grasp should make small.
+//! * [`ForceStep`]: the target forces of given contacts, in their friction cones, exactly.
 //! * [`Scene`]: all contacts of a hand at an object, their losses and the gradients by pose and by target wrenches.
 //!
 //! Everything is in SI units and in the object's frame, in which the object rests; wrenches act on the object, with
@@ -55,6 +56,7 @@
 
 mod contact;
 mod error;
+mod force_step;
 mod fused;
 mod kernel;
 mod losses;
@@ -66,6 +68,7 @@ mod targets;
 
 pub use contact::ContactState;
 pub use error::SimulationError;
+pub use force_step::{ForceContact, ForceStep, TargetForces};
 pub use fused::{ForceWeights, TargetRule};
 pub use kernel::Precision;
 pub use losses::{

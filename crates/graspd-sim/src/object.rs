@@ -93,6 +93,11 @@ impl SimulatedObject {
         self.center_of_mass
     }
 
+    /// The rows of I^-1 \[1/(kg m^2)\].
+    pub(crate) fn inverse_inertia(&self) -> [Vec3<f64>; 3] {
+        self.inverse_inertia
+    }
+
     /// The change of twist that a wrench causes in `time_step` seconds: dt M^-1 w, that is dt / m times the force
     /// \[m/s\] and dt I^-1 times the torque \[rad/s\].
     ///
