@@ -37,8 +37,9 @@ impl ArticulatedHand {
         forces: &[PointForces],
         rows: &mut JacobianRows,
     ) {
-        let screws = self.tree().screws(&posed.bodies);
         rows.clear();
+        let mut screws = std::mem::take(&mut rows.screws);
+        screws.extend(self.tree().screws(&posed.bodies));
         for forces in forces {
             // The forces on points of one body add up.
             let loads = forces.points.map(|(point, force)| {
@@ -62,6 +63,8 @@ impl ArticulatedHand {
             }
             rows.end(forces, posed, pose.translation);
         }
+        screws.clear();
+        rows.screws = screws;
     }
 }
 

@@ -24,6 +24,20 @@ pub struct JacobianRows {
     base: Vec<[f64; 6]>,
     ends: Vec<usize>,
     entries: Vec<(u32, f64)>,
+    /// Memory of hands of rigid links; empty but while they make the rows.
+    pub(crate) screws: Vec<Screw>,
+    /// Memory of mirrored hands, as empty.
+    pub(crate) reflected: Vec<PointForces>,
+}
+
+/// How a body moves for a small change of the parameter of its joint: x -> x + turn x x + shift, in the frame of the
+/// poses.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Screw {
+    pub(crate) parent: usize,
+    pub(crate) parameter: u32,
+    pub(crate) turn: Vec3<f64>,
+    pub(crate) shift: Vec3<f64>,
 }
 
 /// One row.

@@ -102,6 +102,13 @@ impl Reflection {
     }
 }
 
+/// What a mirrored hand keeps of the hand that it mirrors.
+#[derive(Default)]
+struct Original {
+    pose: Option<HandPose>,
+    posed: PosedHand,
+}
+
 /// Returns what a mirrored hand is called: left for right and the other way round, or with `_mirrored` added.
 pub(crate) fn mirrored_name(name: &str) -> String {
     const PAIRS: [(&str, &str); 3] = [("right", "left"), ("Right", "Left"), ("RIGHT", "LEFT")];
@@ -287,9 +294,15 @@ impl Hand for MirroredHand {
             bodies,
             state,
         } = posed;
-        let original = state.get_or_default::<PosedHand>();
-        self.original
-            .pose(&self.reflection.pose_in(pose, Vec::new()), original);
+        let original = state.get_or_default::<Original>();
+        let articulation = original
+            .pose
+            .take()
+            .map_or_else(Vec::new, |pose| pose.articulation);
+        let pose = self.reflection.pose_in(pose, articulation);
+        self.original.pose(&pose, &mut original.posed);
+        original.pose = Some(pose);
+        let original = &original.posed;
         let reflected = |p: &Point3<f64>| Point3::from(self.reflection.vector((*p).into()));
         for (points, from) in [(vertices, &original.vertices), (spheres, &original.spheres)] {
             points.clear();
@@ -313,10 +326,14 @@ impl Hand for MirroredHand {
         let reflected = |forces: &PointForces| PointForces {
             points: (forces.points).map(|(point, force)| (point, self.reflection.vector(force))),
         };
-        let reflected: Vec<PointForces> = forces.iter().map(reflected).collect();
-        let pose_of_original = self.reflection.pose_in(pose, Vec::new());
-        self.original
-            .jacobian_rows(&pose_of_original, posed.state.get(), &reflected, rows);
+        let mut of_original = std::mem::take(&mut rows.reflected);
+        of_original.extend(forces.iter().map(reflected));
+        let original = posed.state.get::<Original>();
+        if let Some(pose) = &original.pose {
+            (self.original).jacobian_rows(pose, &original.posed, &of_original, rows);
+        }
+        of_original.clear();
+        rows.reflected = of_original;
         rows.set_base(forces, posed, pose.translation);
     }
     fn surface(&self, pose: &HandPose) -> TriangleMesh {

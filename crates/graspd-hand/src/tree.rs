@@ -6,6 +6,7 @@ use graspd_ad::Real;
 use graspd_geom::{Mat3, Rigid, Vec3};
 
 use crate::body_motion::BodyMotion;
+use crate::jacobian_rows::Screw;
 use crate::joint::{check_numbers, followed, limit_of, order_from_root};
 use crate::mirroring::Reflection;
 use crate::{HandError, Joint, JointKind, Limit, PoseGradient};
@@ -36,16 +37,6 @@ struct Body {
     offset: f64,
     /// Whether the joint mimics another.
     follows: bool,
-}
-
-/// How a body moves for a small change of the parameter of its joint: x -> x + turn x x + shift, in the frame of the
-/// poses.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Screw {
-    pub(crate) parent: usize,
-    pub(crate) parameter: u32,
-    pub(crate) turn: Vec3<f64>,
-    pub(crate) shift: Vec3<f64>,
 }
 
 /// A tree of rigid bodies joined by revolute, continuous and prismatic joints.
@@ -231,8 +222,11 @@ impl KinematicTree {
     }
 
     /// Returns the screws of all joints for the bodies' poses, parents first: that of body b is number b - 1.
-    pub(crate) fn screws(&self, poses: &[Rigid<f64>]) -> Vec<Screw> {
-        let screw = |(index, body): (usize, &Body)| {
+    pub(crate) fn screws<'t>(
+        &'t self,
+        poses: &'t [Rigid<f64>],
+    ) -> impl Iterator<Item = Screw> + 't {
+        let screw = move |(index, body): (usize, &'t Body)| {
             let pose = &poses[index + 1];
             let axis = pose.rotation.apply(body.axis) * body.multiplier;
             let (turn, shift) = if body.slides {
@@ -247,7 +241,7 @@ impl KinematicTree {
                 shift,
             }
         };
-        self.bodies.iter().enumerate().map(screw).collect()
+        self.bodies.iter().enumerate().map(screw)
     }
 
     /// Returns the tree on the other side of a mirror: the same values of the joints give the mirror image.
