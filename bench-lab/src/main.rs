@@ -19,7 +19,7 @@ use command::Laboratory;
 #[command(name = "cargo xtask", version, max_term_width = 100)]
 enum Experiment {
     /// Makes and judges grasps of many objects; an interrupted run goes on where it stopped
-    Evaluate(evaluate::Options),
+    Evaluate(Box<evaluate::Options>),
     /// Draws contact, displacement and time of runs of `evaluate` as pictures
     Plot {
         /// Where the pictures go
