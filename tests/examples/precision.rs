@@ -1,7 +1,7 @@
 //! Whether grasps made in single precision are as good as those made in double precision from the same starts.
 //!
 //! `cargo run --release -p graspd-tests --example precision -- [HAND] [OBJECT] [STARTS]`; by default `allegro mug
-//! 5`. For each start 7000 steps of the preset `default` in either precision, then the metrics of both grasps
+//! 5`. For each start 7000 steps of the preset `soft` in either precision, then the metrics of both grasps
 //! against the true mesh.
 
 use std::error::Error;

@@ -54,7 +54,13 @@ const LAYERS: &[(&str, Allowed)] = &[
     ),
     (
         "graspd-fit",
-        Allowed::Workspace(&["graspd-ad", "graspd-settings", "graspd-geom", "graspd-hand"]),
+        Allowed::Workspace(&[
+            "graspd-ad",
+            "graspd-settings",
+            "graspd-geom",
+            "graspd-hand",
+            "graspd-sim",
+        ]),
     ),
     (
         "graspd",

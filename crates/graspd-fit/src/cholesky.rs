@@ -13,29 +13,51 @@ use faer::linalg::cholesky::llt::factor::{
 use faer::{Auto, MatMut, Par, Spec};
 use nalgebra::{DMatrix, DVector};
 
-/// Returns the solution of `matrix` x = `right` for a symmetric matrix `[n, n]`; `None` if it is
-/// not positive definite.
-pub(crate) fn solve(mut matrix: DMatrix<f64>, mut right: DVector<f64>) -> Option<DVector<f64>> {
-    let n = matrix.nrows();
-    // One block of unknowns: no recursion, hence no matrix products, which use vector kernels.
-    let mut params = <LltParams as Auto<f64>>::auto();
-    (params.recursion_threshold, params.block_size) = (n, n);
-    let params = Spec::new(params);
-    let mut memory = MemBuffer::new(cholesky_in_place_scratch::<f64>(n, Par::Seq, params));
-    // The transpose of a symmetric matrix is the same, and its rows are stored one after another.
-    let rows = MatMut::from_row_major_slice_mut(matrix.as_mut_slice(), n, n);
-    let stack = MemStack::new(&mut memory);
-    cholesky_in_place(rows, LltRegularization::default(), Par::Seq, stack, params).ok()?;
-    // Seen by columns, the factor L is the upper triangular L^T.
-    matrix.tr_solve_upper_triangular_mut(&mut right);
-    matrix.solve_upper_triangular_mut(&mut right);
-    Some(right)
+/// Solves systems of one size after another in the same memory.
+#[derive(Default)]
+pub(crate) struct Cholesky {
+    /// For systems of that many unknowns.
+    memory: Option<(usize, MemBuffer)>,
+}
+
+impl Cholesky {
+    /// Solves `matrix` x = `right` for a symmetric matrix `[n, n]`, which is overwritten, and puts x in `right`;
+    /// returns whether it could: if the matrix is positive definite.
+    pub(crate) fn solve(&mut self, matrix: &mut DMatrix<f64>, right: &mut DVector<f64>) -> bool {
+        let n = matrix.nrows();
+        // One block of unknowns: no recursion, hence no matrix products, which use vector kernels.
+        let mut params = <LltParams as Auto<f64>>::auto();
+        (params.recursion_threshold, params.block_size) = (n, n);
+        let params = Spec::new(params);
+        if self.memory.as_ref().is_none_or(|(size, _)| *size != n) {
+            let memory = MemBuffer::new(cholesky_in_place_scratch::<f64>(n, Par::Seq, params));
+            self.memory = Some((n, memory));
+        }
+        let Some((_, memory)) = &mut self.memory else {
+            return false;
+        };
+        // The transpose of a symmetric matrix is the same, and its rows are stored one after another.
+        let rows = MatMut::from_row_major_slice_mut(matrix.as_mut_slice(), n, n);
+        let stack = MemStack::new(memory);
+        let regularization = LltRegularization::default();
+        if cholesky_in_place(rows, regularization, Par::Seq, stack, params).is_err() {
+            return false;
+        }
+        // Seen by columns, the factor L is the upper triangular L^T.
+        matrix.tr_solve_upper_triangular_mut(right) && matrix.solve_upper_triangular_mut(right)
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use proptest::prelude::*;
+
+    fn solve(mut matrix: DMatrix<f64>, mut right: DVector<f64>) -> Option<DVector<f64>> {
+        Cholesky::default()
+            .solve(&mut matrix, &mut right)
+            .then_some(right)
+    }
 
     /// A = L L^T by dot products in ascending order, and L y = b, L^T x = y, as nalgebra substitutes.
     fn by_plain_loops(mut a: DMatrix<f64>, mut right: DVector<f64>) -> Option<DVector<f64>> {

@@ -11,7 +11,9 @@ use crate::skin::SkinSamples;
 
 /// The projection takes skin nearer to the object than this at its start \[m\] ...
 const PROJECTION_BAND: f64 = 2e-3;
-/// ... and the depenetration, which moves less and draws hardly anything in, skin nearer than this \[m\].
+/// ... but no more points of it than this ...
+const MAX_PROJECTION_POINTS: usize = 8000;
+/// ... and the depenetration, which moves less and draws nothing in, all that is nearer than this \[m\].
 const DEPENETRATION_BAND: f64 = 1e-4;
 /// Distances below this are taken from the mesh \[m\].
 const EXACT_BAND: f64 = 3e-4;
@@ -20,6 +22,8 @@ const MAX_DEPENETRATIONS: usize = 2;
 const MARGIN: f64 = 1e-4;
 /// ... until this much is left beyond the limit \[m\].
 const TOLERANCE: f64 = 5e-5;
+/// Iterations of a depenetration for each of the projection.
+const DEPENETRATION_ITERATIONS: usize = 2;
 
 impl HandFitter<'_> {
     /// Pushes out what is deeper than allowed, with many points of the skin near the object and its
@@ -27,26 +31,36 @@ impl HandFitter<'_> {
     /// deep, by still more points, the hand depenetrates from there with no regard for what
     /// touches.
     pub fn project(&self, sdf: &SdfGrid, mesh: &SignedDistance, start: &HandPose) -> FittedHand {
-        let is_soft = self.is_soft();
+        let (is_soft, settings) = (self.is_soft(), self.settings);
         let field = ExactNearSurface {
             grid: sdf,
             mesh,
             band: EXACT_BAND,
         };
-        let vertices = |pose| self.hand.surface(pose).vertices;
+        let run = |skin: &SkinSamples, cost, iterations, pose: &HandPose| {
+            let costs = vec![cost; iterations];
+            self.run(
+                &field,
+                (skin, &self.fine.spheres),
+                &costs,
+                pose,
+                &mut |_, _| {},
+            )
+        };
+        let vertices = self.hand.surface(start).vertices;
         let (near, _) =
-            self.dense
-                .nearer_than(PROJECTION_BAND, (sdf, grid_error(sdf)), &vertices(start));
-        let stage = self.settings.projection_stage(is_soft);
-        let mut best = self.run(&field, &near, &self.fine_spheres, &[stage], start);
+            (self.dense).nearer_than(PROJECTION_BAND, (sdf, grid_error(sdf)), &vertices);
+        let near = near.thinned(MAX_PROJECTION_POINTS);
+        let cost = settings.projection_cost(is_soft);
+        let mut best = run(&near, cost, settings.projection_iterations, start);
         let mut close = self.close_skin(&field, &mut best);
         for round in 0..MAX_DEPENETRATIONS {
-            if best.deepest <= self.settings.depths(is_soft).depth_limit + TOLERANCE {
+            if best.deepest <= settings.depths(is_soft).depth_limit + TOLERANCE {
                 break;
             }
-            let margin = round as f64 * MARGIN;
-            let stage = self.settings.depenetration_stage(is_soft, margin);
-            let mut next = self.run(&field, &close, &self.fine_spheres, &[stage], &best.pose);
+            let cost = settings.depenetration_cost(is_soft, round as f64 * MARGIN);
+            let iterations = DEPENETRATION_ITERATIONS * settings.projection_iterations;
+            let mut next = run(&close, cost, iterations, &best.pose);
             close = self.close_skin(&field, &mut next);
             if next.deepest >= best.deepest {
                 break;
@@ -59,14 +73,14 @@ impl HandFitter<'_> {
     /// Finds the deepest of all points, and returns those that touch or nearly touch.
     fn close_skin(&self, field: &ExactNearSurface, fitted: &mut FittedHand) -> SkinSamples {
         let vertices = self.hand.surface(&fitted.pose).vertices;
-        let (close, distances) = self.densest.nearer_than(
+        let (close, distances) = self.dense.nearer_than(
             DEPENETRATION_BAND,
             (field, grid_error(field.grid)),
             &vertices,
         );
         let depths = distances.iter().map(|distance| -distance);
         fitted.deepest = depths.fold(fitted.deepest, f64::max);
-        close.with_density(self.dense.area() / self.densest.area())
+        close
     }
 }
 

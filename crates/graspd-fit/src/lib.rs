@@ -1,18 +1,22 @@
-//! Skin fit: surface registration of a hand's skin to an object.
+//! The second-order solver: a hand is fitted to an object through a smoothed contact law.
 //!
-//! As much skin as possible is pressed into the object by a fraction of a millimetre, by least
-//! squares over all degrees of freedom of the hand: some 50 unknowns and a few thousand skin
-//! points, in tens of iterations. The contact forces of the simulation say whether a grasp holds,
-//! but a few points suffice for that; here the area that touches is itself what is maximised.
+//! Of the paper's simulation it keeps the contact law over all points, its leak and coarse-to-fine, here one
+//! smoothing that falls ([`ContactCost`]), the forces (`graspd_sim::ForceStep`) and the losses of joints and
+//! self-intersection. Pose steps are Levenberg-Marquardt's over all degrees of freedom of the hand: some 50 unknowns
+//! and a few thousand skin points, in tens of iterations. That a few points suffice to hold an object is no obstacle:
+//! the area that touches is itself what is fitted; forces choose among candidates.
 //!
-//! | stage | module |
+//! | part | module |
 //! |---|---|
-//! | cost of a skin point and of a medial sphere | `cost` |
+//! | contact law of a skin point and of a medial sphere | `cost` |
+//! | schedule | `settings` |
 //! | skin points, medial spheres, dense patches | `skin`, `medial_spheres`, `patches` |
 //! | distances of many points at once | `distance_field` |
 //! | cost of a pose, rows of the Jacobian, normal equations | `linearization`, `normal_equations`, `cholesky` |
-//! | Levenberg-Marquardt within joint limits | `fit` |
+//! | main loop, steps | `fit`, `levenberg_marquardt` |
 //! | depth projection, depenetration | `depth_projection` |
+//! | contacts, force step, rating | `holding` |
+//! | derivative of a fit by the object's shape | `sensitivity` |
 
 mod cholesky;
 mod cost;
@@ -20,17 +24,20 @@ mod depth_projection;
 mod distance_field;
 mod error;
 mod fit;
+mod holding;
+mod levenberg_marquardt;
 mod linearization;
 mod medial_spheres;
 mod normal_equations;
 mod patches;
+mod sensitivity;
 mod settings;
 mod skin;
 #[cfg(test)]
 mod tests;
 
-pub use cost::SkinCost;
+pub use cost::ContactCost;
 pub use error::FitError;
-pub use fit::{FittedHand, HandFitter, fit_hand};
-pub use settings::{DepthSettings, FitStage, SkinFitSettings};
+pub use fit::{FitObserver, FittedHand, HandFitter};
+pub use settings::{DepthSettings, SkinFitSettings};
 pub use skin::SkinSamples;

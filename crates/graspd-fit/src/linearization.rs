@@ -4,7 +4,7 @@ use graspd_geom::Vec3;
 use graspd_hand::{Hand, HandPoint, HandPose, JacobianRows, PointForces, PosedHand};
 use nalgebra::{DMatrix, DVector, Vector3};
 
-use crate::cost::SkinCost;
+use crate::cost::ContactCost;
 use crate::distance_field::{Answer, DistanceField, LookUpScratch, Query, STEEPEST};
 use crate::medial_spheres::MedialSpheres;
 use crate::normal_equations::NormalEquations;
@@ -49,25 +49,10 @@ struct Ball {
     normal: Vector3<f64>,
 }
 
-/// Points nearer to the object than this count as touching it \[m\].
-pub(crate) const TOUCHING: f64 = 5e-4;
-
 impl Placement {
     /// Signed distance of each point of the skin \[m\]; of one out of reach, what it was when it was last looked up.
     pub(crate) fn distances(&self) -> impl Iterator<Item = f64> + Clone {
         self.skin.iter().map(|point| point.distance)
-    }
-
-    /// See [`FittedHand::imbalance`](super::FittedHand::imbalance).
-    pub(crate) fn imbalance(&self) -> f64 {
-        let (mut sum, mut total) = (Vector3::zeros(), 0.0);
-        for point in &self.skin {
-            if point.distance < TOUCHING {
-                sum += point.normal * point.facing;
-                total += point.facing;
-            }
-        }
-        if total > 0.0 { sum.norm() / total } else { 1.0 }
     }
 }
 
@@ -77,6 +62,32 @@ struct Overlap {
     depth: f64,
     /// From the second to the first.
     direction: Vector3<f64>,
+}
+
+/// The pairs of spheres that overlap.
+fn overlaps<'p>(
+    hand: &'p dyn Hand,
+    placement: &'p Placement,
+) -> impl Iterator<Item = Overlap> + 'p {
+    let spheres = hand.collision_spheres();
+    let centers = &placement.hand.spheres;
+    let overlap = move |&pair: &[u32; 2]| {
+        let [first, second] = pair.map(|sphere| sphere as usize);
+        let between = centers[first] - centers[second];
+        let reach = spheres.radius[first] + spheres.radius[second];
+        if between.norm_squared() >= reach * reach {
+            return None;
+        }
+        // No direction parts concentric spheres.
+        let direction = between.try_normalize(0.0)?;
+        let depth = reach - between.norm();
+        (depth > 0.0).then_some(Overlap {
+            pair,
+            depth,
+            direction,
+        })
+    };
+    spheres.pairs.iter().filter_map(overlap)
 }
 
 /// The cost as a function of the pose: that of all points of the skin, of posture and of self-intersection.
@@ -113,7 +124,7 @@ impl<'a> PoseCost<'a> {
         farthest: f64,
     ) -> Self {
         let joints = hand.open_articulation().len();
-        let posture_weight = skin.density() * settings.posture_weight;
+        let posture_weight = settings.posture_weight;
         // Coefficients of hands in MANO's layout are counted from the relaxed hand.
         let relaxed_at_zero = hand.is_soft();
         let posture = (0..joints).map(|joint| match hand.limits() {
@@ -131,10 +142,9 @@ impl<'a> PoseCost<'a> {
             field,
             skin,
             spheres,
-            horizon: farthest.max(TOUCHING),
+            horizon: farthest,
             posture: posture.collect(),
-            intersection_factor: skin.density() * settings.intersection_weight
-                / INTERSECTION_UNIT.powi(2),
+            intersection_factor: settings.intersection_weight / INTERSECTION_UNIT.powi(2),
             matrix: NormalEquations::new(hand.jacobian_basis(), joints),
             pulls: Vec::new(),
             terms: Vec::new(),
@@ -241,82 +251,91 @@ impl<'a> PoseCost<'a> {
         (self.field).look_up(&self.queries, &mut self.look_up, &mut self.answers);
     }
 
-    fn overlaps(&self, placement: &Placement) -> Vec<Overlap> {
-        if self.intersection_factor == 0.0 {
-            return Vec::new();
-        }
-        let spheres = self.hand.collision_spheres();
-        let centers = &placement.hand.spheres;
-        let overlap = |&pair: &[u32; 2]| {
-            let [first, second] = pair.map(|sphere| sphere as usize);
-            let between = centers[first] - centers[second];
-            let reach = spheres.radius[first] + spheres.radius[second];
-            if between.norm_squared() >= reach * reach {
-                return None;
-            }
-            // No direction parts concentric spheres.
-            let direction = between.try_normalize(0.0)?;
-            let depth = reach - between.norm();
-            (depth > 0.0).then_some(Overlap {
-                pair,
-                depth,
-                direction,
-            })
-        };
-        spheres.pairs.iter().filter_map(overlap).collect()
-    }
-
     /// The cost of a pose, placed.
-    pub(crate) fn value(&self, pose: &HandPose, placement: &Placement, cost: &SkinCost) -> f64 {
-        let in_reach = (placement.skin.iter()).filter(|point| cost.reaches(point.distance));
-        let skin: f64 = in_reach.map(|p| cost.value(p.distance, p.facing)).sum();
+    pub(crate) fn value(&self, pose: &HandPose, placement: &Placement, cost: &ContactCost) -> f64 {
+        let farthest = cost.farthest().max(0.0);
+        let skin = placement
+            .skin
+            .iter()
+            .filter(|point| point.distance < farthest);
+        let skin: f64 = skin
+            .map(|point| cost.value(point.distance, point.facing))
+            .sum();
         let joints = pose.articulation.iter().zip(&self.posture);
         let posture: f64 = joints
             .map(|(value, (relaxed, weight))| weight * (value - relaxed).powi(2))
             .sum();
-        let overlaps = self.overlaps(placement);
-        let overlap: f64 = overlaps.iter().map(|o| o.depth * o.depth).sum();
+        let overlap: f64 = overlaps(self.hand, placement)
+            .map(|o| o.depth * o.depth)
+            .sum();
         let cut = placement.balls.iter().filter(|ball| ball.lack > 0.0);
         let spheres: f64 = cut.map(|ball| cost.medial_value(ball.lack)).sum();
-        skin + self.skin.density() * spheres + posture + self.intersection_factor * overlap
+        skin + spheres + posture + self.intersection_factor * overlap
     }
 
-    /// The Gauss-Newton matrix and the gradient of the cost by (translation, rotation vector in the object frame,
-    /// joints).
+    /// Computes the Gauss-Newton matrix and the gradient of the cost by (translation, rotation vector in the object
+    /// frame, joints).
     pub(crate) fn normal_equations(
         &mut self,
         pose: &HandPose,
         placement: &Placement,
-        cost: &SkinCost,
-    ) -> (DMatrix<f64>, DVector<f64>) {
+        cost: &ContactCost,
+    ) -> (&DMatrix<f64>, &DVector<f64>) {
+        self.linearize(pose, placement, cost, None)
+    }
+
+    /// The same with, in place of the gradient, its change where the distance changes by `change` \[m\] at each point.
+    pub(crate) fn change_of_gradient(
+        &mut self,
+        pose: &HandPose,
+        placement: &Placement,
+        cost: &ContactCost,
+        change: &dyn Fn(Vector3<f64>) -> f64,
+    ) -> (&DMatrix<f64>, &DVector<f64>) {
+        self.linearize(pose, placement, cost, Some(change))
+    }
+
+    fn linearize(
+        &mut self,
+        pose: &HandPose,
+        placement: &Placement,
+        cost: &ContactCost,
+        change: Option<&dyn Fn(Vector3<f64>) -> f64>,
+    ) -> (&DMatrix<f64>, &DVector<f64>) {
+        let vertices = &placement.hand.vertices[..];
+        let slope_of = |slope: f64, weight: f64, at: Vector3<f64>| match change {
+            None => slope,
+            Some(change) => weight * change(at),
+        };
         self.pulls.clear();
         self.terms.clear();
         for (number, point) in placement.skin.iter().enumerate() {
             let (slope, weight) = cost.slope_and_weight(point.distance, point.facing);
             if weight > 0.0 {
+                let slope = slope_of(slope, weight, point.seen_at);
                 self.pulls.push(self.skin.pull(number, &point.normal));
                 self.terms.push((slope, weight));
             }
         }
         for (number, ball) in placement.balls.iter().enumerate() {
             let (slope, weight) = cost.medial_slope_and_weight(ball.lack);
-            let (slope, weight) = (slope * self.skin.density(), weight * self.skin.density());
             if weight > 0.0 {
-                let vertices = &placement.hand.vertices;
+                let slope = slope_of(slope, weight, ball.seen_at);
                 self.pulls
                     .push(self.spheres.pull(vertices, number, &ball.normal));
                 self.terms.push((slope, weight));
             }
         }
         let factor = 2.0 * self.intersection_factor;
-        for overlap in self.overlaps(placement) {
+        let own = if change.is_some() { 0.0 } else { 1.0 };
+        for overlap in overlaps(self.hand, placement) {
             let [first, second] = overlap.pair.map(HandPoint::Sphere);
             let apart = Vec3::from(overlap.direction);
             self.pulls.push(PointForces {
                 points: [(first, apart), (second, -apart), (first, Vec3::zero())],
             });
             // The depth falls as they part.
-            self.terms.push((-factor * overlap.depth, factor));
+            self.terms.push((-own * factor * overlap.depth, factor));
         }
         self.hand
             .jacobian_rows(pose, &placement.hand, &self.pulls, &mut self.rows);
@@ -324,12 +343,12 @@ impl<'a> PoseCost<'a> {
         for (row, &(slope, weight)) in self.rows.iter().zip(&self.terms) {
             self.matrix.add(&row, slope, weight);
         }
-        let (mut matrix, mut gradient) = self.matrix.finish();
+        let (matrix, gradient) = self.matrix.finish();
         for (joint, (value, (relaxed, weight))) in
             pose.articulation.iter().zip(&self.posture).enumerate()
         {
             matrix[(6 + joint, 6 + joint)] += 2.0 * weight;
-            gradient[6 + joint] += 2.0 * weight * (value - relaxed);
+            gradient[6 + joint] += own * 2.0 * weight * (value - relaxed);
         }
         (matrix, gradient)
     }

@@ -13,10 +13,12 @@ const BASE: usize = 6;
 pub(crate) struct NormalEquations {
     /// The identity for the base, and B, with z = z_0 + B articulation; `None` where z is the articulation.
     basis: Option<SparseColumns>,
-    size: usize,
-    /// Column by column; of each column what is not above the diagonal.
-    matrix: Vec<f64>,
-    vector: Vec<f64>,
+    /// Of each column what is not above the diagonal.
+    matrix: DMatrix<f64>,
+    vector: DVector<f64>,
+    /// M B, B^T M B and B^T v; empty without a basis.
+    product: DMatrix<f64>,
+    by_joints: (DMatrix<f64>, DVector<f64>),
     /// The row that is being added.
     columns: Vec<usize>,
     values: Vec<f64>,
@@ -40,11 +42,13 @@ impl NormalEquations {
             let base = (0..BASE).map(|row| vec![(row, 1.0)]);
             base.chain((0..basis.ncols()).map(entries)).collect()
         };
+        let unknowns = basis.as_ref().map_or(0, |basis| BASE + basis.ncols());
         Self {
             basis: basis.map(sparse),
-            size,
-            matrix: vec![0.0; size * size],
-            vector: vec![0.0; size],
+            matrix: DMatrix::zeros(size, size),
+            vector: DVector::zeros(size),
+            product: DMatrix::zeros(size, unknowns),
+            by_joints: (DMatrix::zeros(unknowns, unknowns), DVector::zeros(unknowns)),
             columns: Vec::new(),
             values: Vec::new(),
         }
@@ -66,52 +70,54 @@ impl NormalEquations {
             self.columns.push(BASE + column as usize);
             self.values.push(value);
         }
+        let size = self.vector.len();
+        let matrix = self.matrix.as_mut_slice();
         for (number, (&column, &value)) in self.columns.iter().zip(&self.values).enumerate() {
             self.vector[column] += slope * value;
             let scaled = weight * value;
             // Columns come in any order: each pair once, wherever it falls.
-            let line = &mut self.matrix[self.size * column..][..self.size];
+            let line = &mut matrix[size * column..][..size];
             for (&other, &value) in self.columns[..=number].iter().zip(&self.values) {
                 line[other] += scaled * value;
             }
         }
     }
 
-    /// The symmetric matrix and the vector by the base and the articulation.
-    pub(crate) fn finish(&mut self) -> (DMatrix<f64>, DVector<f64>) {
-        let size = self.size;
-        for column in 0..size {
+    /// Completes the sums; returns the symmetric matrix and the vector by the base and the articulation.
+    pub(crate) fn finish(&mut self) -> (&mut DMatrix<f64>, &mut DVector<f64>) {
+        let Self {
+            matrix,
+            vector,
+            product,
+            by_joints,
+            ..
+        } = self;
+        for column in 0..vector.len() {
             for row in 0..column {
                 // A pair of columns was added in one order in some rows and in the other in others.
-                let sum = self.matrix[size * column + row] + self.matrix[size * row + column];
-                self.matrix[size * column + row] = sum;
-                self.matrix[size * row + column] = sum;
+                let sum = matrix[(row, column)] + matrix[(column, row)];
+                (matrix[(row, column)], matrix[(column, row)]) = (sum, sum);
             }
         }
-        let whole = DMatrix::from_column_slice(size, size, &self.matrix);
-        let vector = DVector::from_column_slice(&self.vector);
         let Some(columns) = &self.basis else {
-            return (whole, vector);
+            return (matrix, vector);
         };
-        // M B, then B^T M B.
-        let unknowns = columns.len();
-        let mut product = DMatrix::<f64>::zeros(size, unknowns);
+        product.fill(0.0);
         for (mut out, column) in product.column_iter_mut().zip(columns) {
             for &(row, value) in column {
-                out.axpy(value, &whole.column(row), 1.0);
+                out.axpy(value, &matrix.column(row), 1.0);
             }
         }
-        let mut matrix = DMatrix::zeros(unknowns, unknowns);
-        let mut gradient = DVector::zeros(unknowns);
+        let (out, gradient) = by_joints;
         for (j, column) in columns.iter().enumerate() {
             gradient[j] = column.iter().map(|&(row, value)| vector[row] * value).sum();
             for i in 0..=j {
                 let terms = columns[i].iter();
                 let sum: f64 = terms.map(|&(row, value)| value * product[(row, j)]).sum();
-                (matrix[(i, j)], matrix[(j, i)]) = (sum, sum);
+                (out[(i, j)], out[(j, i)]) = (sum, sum);
             }
         }
-        (matrix, gradient)
+        (out, gradient)
     }
 }
 
@@ -166,9 +172,9 @@ mod tests {
                 sums.add(&JacobianRow { base, entries: &entries }, *slope, *weight);
             }
             let (found, gradient) = sums.finish();
-            prop_assert!((&found - matrix).amax() < SAME);
-            prop_assert!((gradient - vector).amax() < SAME);
-            prop_assert_eq!(found.transpose(), found);
+            prop_assert!((&*found - matrix).amax() < SAME);
+            prop_assert!((&*gradient - vector).amax() < SAME);
+            prop_assert_eq!(&found.transpose(), found);
         }
     }
 }

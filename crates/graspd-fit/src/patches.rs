@@ -49,11 +49,6 @@ impl SkinPatches {
         Self { skin, patches }
     }
 
-    /// The area that each point stands for \[m^2\].
-    pub(crate) fn area(&self) -> f64 {
-        self.skin.area()
-    }
-
     /// The points that are nearer to the object than this, of a hand with these vertices; by a
     /// field whose distances are off by up to `off` \[m\].
     pub(crate) fn nearer_than(

@@ -36,8 +36,6 @@ pub struct SkinSamples {
     places: Vec<Place>,
     /// The area that each point stands for \[m^2\].
     area: f64,
-    /// So many of them are worth one where something else is counted in points.
-    density: f64,
 }
 
 impl SkinSamples {
@@ -81,7 +79,6 @@ impl SkinSamples {
         Self {
             places: places.collect(),
             area: surface.area() / points.len().max(1) as f64,
-            density: 1.0,
         }
     }
 
@@ -170,17 +167,16 @@ impl SkinSamples {
         Self {
             places: points.iter().map(|point| self.places[*point]).collect(),
             area: self.area,
-            density: self.density,
         }
     }
 
-    /// The same, so many of which are worth one.
-    pub(crate) fn with_density(self, density: f64) -> Self {
-        Self { density, ..self }
-    }
-
-    pub(crate) fn density(&self) -> f64 {
-        self.density
+    /// Every k-th point, such that there are at most `count`, each of which stands for as much more area.
+    pub(crate) fn thinned(self, count: usize) -> Self {
+        let step = self.len().div_ceil(count).max(1);
+        Self {
+            places: self.places.into_iter().step_by(step).collect(),
+            area: self.area * step as f64,
+        }
     }
 
     /// The places, in an order that may be changed.

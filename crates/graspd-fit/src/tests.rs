@@ -9,6 +9,7 @@ use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use std::sync::LazyLock;
 
+use crate::HandFitter;
 use crate::distance_field::{Answer, DistanceField, ExactNearSurface, LookUpScratch, Query};
 use crate::linearization::{Placement, PoseCost};
 use crate::medial_spheres::{HandSolids, MedialSpheres};
@@ -127,8 +128,12 @@ fn points_out_of_reach_cost_the_same_as_if_they_were_looked_up() {
         let skin = SkinSamples::on(&solids.open, &solids.open_distance, 500);
         let spheres = MedialSpheres::new(&solids, 500);
         for field in [grid as &dyn DistanceField, &exact] {
-            let stages = settings.fine_stages(true);
-            let farthest = stages[0].farthest().max(stages[1].farthest());
+            let costs = [
+                settings.cost(30, true),
+                settings.projection_cost(true),
+                settings.depenetration_cost(true, 0.0),
+            ];
+            let farthest = costs[0].farthest();
             let mut cost_of = PoseCost::new(&*hand, field, &skin, &spheres, &settings, farthest);
             let (mut last, mut now) = (Placement::default(), Placement::default());
             let mut pose = at(&*hand, 0.1, &mut random);
@@ -138,16 +143,18 @@ fn points_out_of_reach_cost_the_same_as_if_they_were_looked_up() {
                 cost_of.place(&pose, Some(&last), &mut now);
                 let mut anew = Placement::default();
                 cost_of.place(&pose, None, &mut anew);
-                for stage in &stages {
-                    let cost = stage.cost(step);
+                for cost in &costs {
                     let (found, all) = [&now, &anew]
-                        .map(|placement| cost_of.value(&pose, placement, &cost))
+                        .map(|placement| cost_of.value(&pose, placement, cost))
                         .into();
                     let close = |a: f64, b: f64| (a - b).abs() < 1e-9 * (1.0 + a.abs());
                     assert!(close(found, all), "{name}: {found} {all}");
-                    let (matrix, gradient) = cost_of.normal_equations(&pose, &now, &cost);
-                    let (all_matrix, all_gradient) = cost_of.normal_equations(&pose, &anew, &cost);
-                    assert!((&matrix - &all_matrix).amax() < 1e-9 * (1.0 + all_matrix.amax()));
+                    let [(matrix, gradient), (all_matrix, all_gradient)] =
+                        [&now, &anew].map(|at| {
+                            let (matrix, gradient) = cost_of.normal_equations(&pose, at, cost);
+                            (matrix.clone(), gradient.clone())
+                        });
+                    assert!((matrix - &all_matrix).amax() < 1e-9 * (1.0 + all_matrix.amax()));
                     assert!((gradient - &all_gradient).amax() < 1e-9 * (1.0 + all_gradient.amax()));
                 }
                 std::mem::swap(&mut last, &mut now);
@@ -243,28 +250,113 @@ fn patches_leave_out_no_point_that_is_near() {
 }
 
 #[test]
-fn denser_points_count_for_less() {
-    let settings = SkinFitSettings::default();
-    let (_, grid) = &*MUG;
-    let hand = builtin_hand("allegro").expect("it is built in");
-    let solids = HandSolids::new(&*hand).unwrap();
-    let skin = SkinSamples::on(&solids.open, &solids.open_distance, 500);
-    let spheres = MedialSpheres::new(&solids, 500);
-    let mut random = ChaCha8Rng::seed_from_u64(3);
-    let pose = at(&*hand, 0.05, &mut random);
-    let [stage, _] = settings.fine_stages(false);
-    let cost = stage.cost(0);
-    // Without the skin, all is so many times as much.
-    let rest = |density: f64| {
-        let none = skin.only(&[]).with_density(density);
-        let mut cost_of = PoseCost::new(&*hand, grid, &none, &spheres, &settings, stage.farthest());
-        let mut placement = Placement::default();
-        cost_of.place(&pose, None, &mut placement);
-        let (matrix, gradient) = cost_of.normal_equations(&pose, &placement, &cost);
-        (cost_of.value(&pose, &placement, &cost), matrix, gradient)
+fn rows_and_gradient_are_those_of_differences_of_the_cost() {
+    /// Half width of central differences \[m, rad\].
+    const STEP: f64 = 1e-6;
+    let settings = SkinFitSettings {
+        facing: false,
+        ..SkinFitSettings::default()
     };
-    let ((one, matrix, gradient), (five, larger, steeper)) = (rest(1.0), rest(5.0));
-    assert!(one > 0.0 && (five - 5.0 * one).abs() < 1e-9 * five);
-    assert!((larger - matrix * 5.0).amax() < 1e-6);
-    assert!((steeper - gradient * 5.0).amax() < 1e-6);
+    // Its distance has a gradient of length 1 but at the middle.
+    let grid = ball(0.04, Vector3::zeros());
+    let mut random = ChaCha8Rng::seed_from_u64(8);
+    for name in ["allegro", "human"] {
+        let hand = builtin_hand(name).expect("it is built in");
+        let solids = HandSolids::new(&*hand).unwrap();
+        let skin = SkinSamples::on(&solids.open, &solids.open_distance, 300);
+        let spheres = MedialSpheres::new(&solids, 300);
+        // Far-reaching: few points lie at the end of the tail, where the cost jumps in its slope.
+        let cost = settings.cost(0, hand.is_soft());
+        let mut cost_of = PoseCost::new(&*hand, &grid, &skin, &spheres, &settings, cost.farthest());
+        let mut placement = Placement::default();
+        let mut pose = at(&*hand, 0.08, &mut random);
+        cost_of.place(&pose, None, &mut placement);
+        while placement.distances().any(|distance| distance < -0.02) {
+            pose = at(&*hand, 0.08, &mut random);
+            cost_of.place(&pose, None, &mut placement);
+        }
+        let gradient = cost_of.normal_equations(&pose, &placement, &cost).1.clone();
+        let direction: Vec<f64> = (0..gradient.len())
+            .map(|_| random.random_range(-1.0..1.0))
+            .collect();
+        let mut value = |share: f64| {
+            let step: Vec<f64> = direction.iter().map(|x| x * share).collect();
+            let mut moved = pose.clone();
+            crate::fit::move_along(&*hand, &pose, &step, &mut moved);
+            let mut placement = Placement::default();
+            cost_of.place(&moved, None, &mut placement);
+            cost_of.value(&moved, &placement, &cost)
+        };
+        let numeric = (value(STEP) - value(-STEP)) / (2.0 * STEP);
+        let claimed: f64 = gradient.iter().zip(&direction).map(|(g, d)| g * d).sum();
+        // Distances are single numbers, of 1e-8 m; so many of them make up the cost.
+        assert!(
+            (claimed - numeric).abs() < 0.02 * (1.0 + claimed.abs()),
+            "{name}: {claimed} {numeric}"
+        );
+    }
+}
+
+/// A ball of this radius \[m\] at a place.
+fn ball(radius: f64, center: Vector3<f64>) -> SdfGrid {
+    let corner = Vec3::new(-0.3, -0.3, -0.3);
+    let spacing = Vec3::new(4e-3, 4e-3, 4e-3);
+    let distance = |p: Vec3<f64>| (Vector3::from(p) - center).norm() - radius;
+    SdfGrid::from_function(corner, spacing, [151; 3], distance).expect("it is finite")
+}
+
+#[test]
+fn a_fit_follows_an_object_that_moves_and_one_that_grows() {
+    let settings = SkinFitSettings::default();
+    let hand = builtin_hand("allegro").expect("it is built in");
+    let fitter = HandFitter::new(&*hand, &settings).unwrap();
+    let palm = Vector3::from(Vec3::from(hand.palm().center));
+    let from = |distance: f64| HandPose {
+        translation: (-palm - Vector3::new(distance, 0.0, 0.0)).into(),
+        rotation: graspd_geom::Quaternion::identity(),
+        articulation: hand.open_articulation().to_vec(),
+    };
+    // The whole hand goes along, wherever the object goes; a mug is no body of revolution.
+    let (_, mug) = &*MUG;
+    let fitted = fitter.fit(mug, &from(0.1), &mut |_, _| {});
+    assert!(fitted.contact_area > 1e-4, "{}", fitted.contact_area);
+    let along = Vector3::new(0.3, -0.5, 0.8);
+    let normal = |p: nalgebra::Point3<f64>| {
+        Vector3::from(
+            mug.distance_and_gradient(Vec3::from(p.coords))
+                .1
+                .normalize_or_zero(),
+        )
+    };
+    let follow = fitter.sensitivity(mug, &fitted.pose, &|p| -normal(p).dot(&along));
+    let expected = along.iter().copied().chain(std::iter::repeat(0.0));
+    for (found, expected) in follow.iter().zip(expected) {
+        assert!((found - expected).abs() < 1e-2, "{follow:?}");
+    }
+    let fitted = fitter.fit(&ball(0.035, Vector3::zeros()), &from(0.06), &mut |_, _| {});
+    let here = ball(0.035, Vector3::zeros());
+    // Where it grows, a hand that gives way as told is better off than one that stays.
+    let grown = fitter.sensitivity(&here, &fitted.pose, &|_| -1.0);
+    let growth = 1e-3;
+    let larger = ball(0.035 + growth, Vector3::zeros());
+    let mut moved = fitted.pose.clone();
+    let step: Vec<f64> = grown.iter().map(|x| x * growth).collect();
+    crate::fit::move_along(&*hand, &fitted.pose, &step, &mut moved);
+    let cost = |pose: &HandPose| {
+        let cost = settings.cost(settings.iterations, false);
+        let samples = (&fitter.fine.skin, &fitter.fine.spheres);
+        let mut cost_of = PoseCost::new(
+            &*hand,
+            &larger,
+            samples.0,
+            samples.1,
+            &settings,
+            cost.farthest(),
+        );
+        let mut placement = Placement::default();
+        cost_of.place(pose, None, &mut placement);
+        cost_of.value(pose, &placement, &cost)
+    };
+    let (stays, gives_way) = (cost(&fitted.pose), cost(&moved));
+    assert!(gives_way < stays, "{gives_way} {stays}");
 }

@@ -1,16 +1,16 @@
-//! How one start becomes the pose of a grasp: by the simulation alone, by fits before and after it, or by annealing.
+//! How one start becomes the pose of a grasp: by steps of second order or of first, or by annealing.
 
 use std::time::Instant;
 
 use graspd_fit::{FittedHand, HandFitter};
 use graspd_geom::SurfaceSampler;
 use graspd_hand::{Hand, HandPose};
+use graspd_sim::{Scene, limit_loss, range_loss};
 use rayon::prelude::*;
 
 use crate::GraspError;
 use crate::annealing::{AnnealingSettings, anneal};
 use crate::antipodal_start::AntipodalStarts;
-use crate::force_closure::epsilon_of_fit;
 use crate::object::GraspObject;
 use crate::preset::SynthesisSettings;
 use crate::run::{RunObserver, TrajectoryPoint, draw_start_at};
@@ -117,86 +117,125 @@ impl Job<'_> {
         })
     }
 
-    /// Fits the hand from several starts, and takes the most promising through the simulation, a final fit and the
+    /// Solves by steps of second order from several starts, and takes the one rated best to the end and through the
     /// projection. If it is too deep even so, the next ones are tried, and the best is kept.
-    pub(crate) fn fit_and_simulate(&self, fitter: &HandFitter<'_>) -> Result<Attempt, GraspError> {
-        let sdf = self.object.simulated.sdf();
-        let (candidates, before) = self.candidates(fitter)?;
+    pub(crate) fn fit(&self, fitter: &HandFitter<'_>) -> Result<Attempt, GraspError> {
+        let (candidates, before) = self.candidates(fitter);
         let started = Instant::now();
-        let seconds = || before + started.elapsed().as_secs_f64();
-        let mut best: Option<(f64, Attempt)> = None;
-        for candidate in candidates.into_iter().take(fitter.finalists()) {
-            let mut attempt = self.simulate(candidate.pose)?;
-            let fitted = fitter.fine(sdf, &attempt.pose);
-            let projected = fitter.project(sdf, &self.object.distance, &fitted.pose);
-            attempt.pose = projected.pose.clone();
-            attempt.seconds = seconds();
-            if fitter.is_shallow(&projected) {
-                return Ok(attempt);
+        let object = &self.object.simulated;
+        let mut best: Option<(f64, usize, HandPose)> = None;
+        for (number, touching) in candidates {
+            let mut observe = |step: usize, _: &HandPose| self.observer.step(self.index, step);
+            let fitted = fitter.refine(object.sdf(), &touching.pose, &mut observe);
+            let projected = fitter.project(object.sdf(), &self.object.distance, &fitted.pose);
+            let is_shallow = fitter.is_shallow(&projected);
+            let rating = fitter.rating(object, &projected, self.settings.friction_coefficient);
+            if is_shallow || best.as_ref().is_none_or(|(least, ..)| rating < *least) {
+                best = Some((rating, number, projected.pose));
             }
-            let closure = epsilon_of_fit(fitter, &projected, self.object)?;
-            let rating = fitter.rating(&projected, closure);
-            if best.as_ref().is_none_or(|(least, _)| rating < *least) {
-                best = Some((rating, attempt));
+            if is_shallow {
+                break;
             }
         }
-        match best {
-            Some((_, mut attempt)) => {
-                attempt.seconds = seconds();
-                Ok(attempt)
-            }
-            None => self.simulate_from_start(),
+        let Some((_, number, pose)) = best else {
+            return self.simulate_from_start();
+        };
+        let seconds = before + started.elapsed().as_secs_f64();
+        let (losses, task_satisfied) = self.losses(fitter, &pose);
+        let synthesis = Synthesis {
+            pose: pose.clone(),
+            losses,
+            task_satisfied,
+            steps: fitter.settings().iterations,
+        };
+        if !is_finite(&synthesis) {
+            return Err(GraspError::Diverged { index: self.index });
         }
+        Ok(Attempt {
+            pose,
+            synthesis: Some(synthesis),
+            trajectory: self.trajectory(fitter, number),
+            seconds,
+        })
     }
 
-    /// Coarse fits from the starts that belong to this grasp, most promising first: those whose
-    /// numbers are `candidates` times the grasp's and the next. And the seconds that they took in
-    /// sum.
+    /// Starts that belong to this grasp, brought into contact, by rating: those whose numbers are `candidates` times
+    /// the grasp's and the next. And the seconds that they took in sum.
     ///
     /// In parallel: where fewer grasps are left than there are threads, these are what can be shared.
-    fn candidates(&self, fitter: &HandFitter<'_>) -> Result<(Vec<FittedHand>, f64), GraspError> {
-        let sdf = self.object.simulated.sdf();
-        let first = self.index.saturating_mul(fitter.candidates());
-        let starts = (0..fitter.candidates()).map(|candidate| first.saturating_add(candidate));
-        let starts: Vec<usize> = starts.collect();
-        let rated = |fitted: FittedHand| {
-            let rating = fitter.rating(&fitted, epsilon_of_fit(fitter, &fitted, self.object)?);
-            Ok((rating, fitted))
+    fn candidates(&self, fitter: &HandFitter<'_>) -> (Vec<(usize, FittedHand)>, f64) {
+        let object = &self.object.simulated;
+        let count = fitter.settings().candidates;
+        let first = self.index.saturating_mul(count);
+        let starts: Vec<usize> = (0..count).map(|k| first.saturating_add(k)).collect();
+        let (mut near, before) = timed(&starts, |&number| {
+            (
+                number,
+                fitter.approach(object.sdf(), &self.start(number), &mut |_, _| {}),
+            )
+        });
+        near.sort_by(|(_, a), (_, b)| a.cost.total_cmp(&b.cost));
+        near.truncate(fitter.settings().promising);
+        let (mut rated, seconds) = timed(&near, |(number, near)| {
+            let fitted = fitter.contact(object.sdf(), &near.pose, &mut |_, _| {});
+            let rating = fitter.rating(object, &fitted, self.settings.friction_coefficient);
+            (rating, (*number, fitted))
+        });
+        rated.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let rated = rated.into_iter().map(|(_, candidate)| candidate);
+        (rated.collect(), before + seconds)
+    }
+
+    /// The losses of a pose, those of the forces by the force step; and whether these meet the task.
+    fn losses(&self, fitter: &HandFitter<'_>, pose: &HandPose) -> (Losses, bool) {
+        let object = &self.object.simulated;
+        let (simulation, limit) = (self.settings.simulation(), self.settings.task_limit);
+        let targets = fitter.force_step(object, &simulation, pose, limit);
+        let mut scene = Scene::<f64>::new(self.hand, object, &simulation);
+        scene.place(pose);
+        let joints = self.hand.limits().unwrap_or_default();
+        let losses = Losses {
+            physics: targets.iter().map(|target| target.physics).sum(),
+            task: targets.iter().map(|target| target.task).sum(),
+            range: range_loss(&pose.articulation[..joints.len()], joints),
+            limit: limit_loss(&pose.articulation[..joints.len()], joints),
+            intersection: scene.intersection_loss(0.0),
         };
-        let (mut fitted, seconds) = if fitter.promising() < fitter.candidates() {
-            let near = |start: &usize| Ok(fitter.approach(sdf, &self.start(*start)));
-            let (mut near, before) = timed(&starts, near)?;
-            near.sort_by(|a, b| a.cost.total_cmp(&b.cost));
-            near.truncate(fitter.promising());
-            let (fitted, seconds) = timed(&near, |near| rated(fitter.contact(sdf, &near.pose)))?;
-            (fitted, before + seconds)
-        } else {
-            timed(&starts, |start| {
-                rated(fitter.coarse(sdf, &self.start(*start)))
-            })?
+        (losses, losses.task < limit)
+    }
+
+    /// The way from the start of this number, if it was to be kept: it is gone once more.
+    fn trajectory(&self, fitter: &HandFitter<'_>, number: usize) -> Vec<TrajectoryPoint> {
+        let mut trajectory = Vec::new();
+        let Some(every) = self.trajectory_every else {
+            return trajectory;
         };
-        fitted.sort_by(|a, b| a.0.total_cmp(&b.0));
-        Ok((
-            fitted.into_iter().map(|(_, fitted)| fitted).collect(),
-            seconds,
-        ))
+        let mut observe = |step: usize, pose: &HandPose| {
+            if step.is_multiple_of(every.max(1)) {
+                trajectory.push(TrajectoryPoint {
+                    step,
+                    pose: pose.clone(),
+                    losses: self.losses(fitter, pose).0,
+                });
+            }
+        };
+        fitter.fit(
+            self.object.simulated.sdf(),
+            &self.start(number),
+            &mut observe,
+        );
+        trajectory
     }
 }
 
 /// Makes something of each item, in parallel; and the seconds that all took in sum.
-fn timed<T: Sync, R: Send>(
-    items: &[T],
-    make: impl Fn(&T) -> Result<R, GraspError> + Sync,
-) -> Result<(Vec<R>, f64), GraspError> {
+fn timed<T: Sync, R: Send>(items: &[T], make: impl Fn(&T) -> R + Sync) -> (Vec<R>, f64) {
     let made = items.par_iter().map(|item| {
         let started = Instant::now();
-        Ok((make(item)?, started.elapsed().as_secs_f64()))
+        (make(item), started.elapsed().as_secs_f64())
     });
-    let (made, seconds): (Vec<R>, Vec<f64>) = made
-        .collect::<Result<Vec<_>, GraspError>>()?
-        .into_iter()
-        .unzip();
-    Ok((made, seconds.iter().sum()))
+    let (made, seconds): (Vec<R>, Vec<f64>) = made.unzip();
+    (made, seconds.iter().sum())
 }
 
 /// Whether the optimisation ended in numbers; infinite ones become NaN within a step or two.

@@ -47,6 +47,16 @@ pub enum GraspError {
         /// The names that exist.
         known: String,
     },
+    /// A part of the method that a preset does not have.
+    #[error("the method of preset `{preset}` has no part `{part}` to leave out; parts: {parts}")]
+    NoSuchPart {
+        /// The preset.
+        preset: String,
+        /// The part.
+        part: String,
+        /// Those that there are.
+        parts: String,
+    },
     /// No built-in object and no file has the name that was given.
     #[error(
         "{name}: neither a built-in object ({built_in}) nor an existing file; give one of those names or the path \

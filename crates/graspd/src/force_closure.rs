@@ -1,35 +1,10 @@
-//! Force closure of fitted hands, by which starts are ranked.
+//! Force closure of a few contacts, by which the annealing planner ranks its grasps.
 
 use graspd_eval::{Contact, EpsilonSettings, FingerModel, ferrari_canny};
-use graspd_fit::{FittedHand, HandFitter};
 use nalgebra::Point3;
 
 use crate::GraspError;
 use crate::object::GraspObject;
-
-/// Largest number of contacts taken into account.
-const MAX_CONTACTS: usize = 24;
-/// Friction coefficient of the contacts.
-const FRICTION: f64 = 0.8;
-/// Edges of the friction pyramids.
-const EDGES: usize = 6;
-
-/// Computes the epsilon of the skin points by which a fit touches the object, see [`epsilon_of_some`].
-///
-/// # Errors
-/// If epsilon cannot be computed.
-pub(crate) fn epsilon_of_fit(
-    fitter: &HandFitter<'_>,
-    fitted: &FittedHand,
-    object: &GraspObject,
-) -> Result<f64, GraspError> {
-    let touching = fitter.contacts(object.simulated.sdf(), fitted).into_iter();
-    let contacts = touching.map(|[point, normal]| Contact {
-        point: point.into(),
-        normal,
-    });
-    epsilon_of_some(contacts.collect(), MAX_CONTACTS, FRICTION, EDGES, object)
-}
 
 /// Computes Ferrari and Canny's epsilon (L1) over every k-th contact, such that at most
 /// `max_contacts` are taken; 0 for fewer than two, and where forces that only push cannot hold the

@@ -1,6 +1,6 @@
 //! Every number that the synthesis depends on, and the named sets of them.
 
-use graspd_fit::{DepthSettings, FitStage, SkinFitSettings};
+use graspd_fit::{DepthSettings, SkinFitSettings};
 use graspd_geom::Vec3;
 use graspd_opt::{AdamSettings, OptimizerKind, Schedule};
 use graspd_settings::{
@@ -19,7 +19,7 @@ use crate::annealing::AnnealingSettings;
 pub struct SynthesisSettings {
     /// Name of the preset that these settings come from.
     pub preset: String,
-    /// Optimiser steps; paper: 7000.
+    /// Optimiser steps; paper: 7000. Setting it sets the iterations of `skin_fit`, too.
     pub steps: usize,
     /// Steps over which the dilation radius falls to 0; 0 switches coarse-to-fine off; paper: 5000.
     pub smoothing_steps: usize,
@@ -110,8 +110,8 @@ pub struct SynthesisSettings {
     #[serde(default)]
     pub constraint_method: ConstraintMethod,
 
-    /// Fits the hand's skin to the object before the steps (from the best of several starts) and after them; the paper
-    /// does not.
+    /// Solves by steps of second order through a smoothed contact law, from the best of several starts; of the rest
+    /// above, the task, the contact law and the density say what the forces are. The paper does not.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub skin_fit: Option<SkinFitSettings>,
 
@@ -132,23 +132,13 @@ fn yes() -> bool {
 }
 
 impl Default for SynthesisSettings {
-    /// The preset `default`, chosen by measurement (`lab/tuning.md`): the hand is fitted to the object from several
-    /// starts, the best of which goes through 700 steps of the simulation, in contact from the first and at a tenth of
-    /// [`SynthesisSettings::soft`]'s rates, and is fitted again.
+    /// The preset `default`, chosen by measurement (`lab/tuning.md`): the second-order solver.
     fn default() -> Self {
-        const STEPS: usize = 700;
+        let skin_fit = SkinFitSettings::default();
         Self {
             preset: "default".into(),
-            steps: STEPS,
-            smoothing_steps: 0,
-            translation_rate: 3e-4,
-            rotation_rate: 3e-4,
-            articulation_rate: 3e-4,
-            decay_start: STEPS / 2,
-            stiffening_start: 0,
-            stiffening_end: STEPS / 2,
-            skin_fit: Some(SkinFitSettings::default()),
-            ..Self::soft()
+            skin_fit: Some(skin_fit.clone()),
+            ..Self::soft().with_steps(skin_fit.iterations)
         }
     }
 }
@@ -249,50 +239,32 @@ impl SynthesisSettings {
         }
     }
 
-    /// The preset `default` with fewer points, iterations and steps, but as many starts: these are worth more
+    /// The preset `default` with fewer points and iterations, but as many starts: these are worth more
     /// (`lab/tuning.md`). Soft skin is pressed in less, as far as makes contact for each volume what it is with
     /// [`SynthesisSettings::paper`].
     pub fn fast() -> Self {
-        let SkinFitSettings {
-            approach,
-            contact,
-            draw_in,
-            push_out,
-            projection,
-            rigid,
-            ..
-        } = SkinFitSettings::default();
-        let shorter = |stage, iterations| FitStage {
-            iterations,
-            ..stage
+        let usual = SkinFitSettings::default();
+        let skin_fit = SkinFitSettings {
+            promising: 3,
+            iterations: 40,
+            projection_iterations: 5,
+            coarse_samples: 250,
+            fine_samples: 1000,
+            soft: DepthSettings {
+                target_depth: 7e-4,
+                depth_limit: 1.8e-3,
+                dense_samples: 4000,
+            },
+            rigid: DepthSettings {
+                dense_samples: 200_000,
+                ..usual.rigid
+            },
+            ..usual
         };
         Self {
             preset: "fast".into(),
-            skin_fit: Some(SkinFitSettings {
-                promising: 3,
-                coarse_samples: 250,
-                fine_samples: 1000,
-                coarse_medial_spheres: 250,
-                fine_medial_spheres: 2000,
-                approach: shorter(approach, 20),
-                contact: shorter(contact, 15),
-                draw_in: shorter(draw_in, 24),
-                push_out: shorter(push_out, 10),
-                projection: shorter(projection, 5),
-                soft: DepthSettings {
-                    max_depth: 1.1e-3,
-                    depth_limit: 1.8e-3,
-                    projection_samples: 4000,
-                    check_samples: 4000,
-                },
-                rigid: DepthSettings {
-                    projection_samples: 30_000,
-                    check_samples: 200_000,
-                    ..rigid
-                },
-                ..SkinFitSettings::default()
-            }),
-            ..Self::default().with_steps(60)
+            skin_fit: Some(skin_fit.clone()),
+            ..Self::default().with_steps(skin_fit.iterations)
         }
     }
 
@@ -398,7 +370,7 @@ impl SynthesisSettings {
         }
     }
 
-    /// The same schedule stretched or squeezed to `steps` steps.
+    /// The same schedule stretched or squeezed to `steps` steps, or iterations of the second-order solver.
     pub fn with_steps(mut self, steps: usize) -> Self {
         let scale =
             |value: usize| (value as f64 * steps as f64 / self.steps as f64).round() as usize;
@@ -414,6 +386,9 @@ impl SynthesisSettings {
         self.warmup_steps = warmup;
         self.decay_start = decay;
         self.steps = steps;
+        if let Some(skin_fit) = &mut self.skin_fit {
+            skin_fit.iterations = steps;
+        }
         self
     }
 

@@ -223,7 +223,7 @@ impl<'a> GraspMaker<'a> {
     }
 
     /// Says so if the hand cannot close around any part of the object; only presets with `skin_fit` look.
-    pub fn warning(&self) -> Option<String> {
+    pub(crate) fn warning(&self) -> Option<String> {
         self.antipodal.as_ref().and_then(AntipodalStarts::warning)
     }
 
@@ -262,7 +262,7 @@ impl<'a> GraspMaker<'a> {
             seconds,
         } = match (fitter, &settings.annealing) {
             (_, Some(annealing)) => job.anneal(annealing)?,
-            (Some(fitter), None) => job.fit_and_simulate(fitter)?,
+            (Some(fitter), None) => job.fit(fitter)?,
             (None, None) => job.simulate_from_start()?,
         };
 

@@ -60,8 +60,17 @@ impl ConfigurationChoice {
     pub(crate) fn resolve(&self, quiet: bool) -> Result<ResolvedConfiguration> {
         let mut layers = self.file_layer(quiet)?;
         self.lay_flags(&mut layers)?;
-        Ok(layers.resolve()?)
+        resolve(&layers, quiet)
     }
+}
+
+/// Resolves layers; says what of them has no meaning any more.
+pub(crate) fn resolve(layers: &ConfigurationLayers, quiet: bool) -> Result<ResolvedConfiguration> {
+    let resolved = layers.resolve()?;
+    if let Some(text) = resolved.warning() {
+        warn(quiet, &text);
+    }
+    Ok(resolved)
 }
 
 /// The settings that have a flag of their own.
@@ -140,7 +149,7 @@ impl SettingFlags {
             }
         }
         self.choice.lay_flags(&mut layers)?;
-        Ok(layers.resolve()?)
+        resolve(&layers, quiet)
     }
 }
 

@@ -30,7 +30,7 @@ use crate::console::{print, print_json};
 use crate::progress::Progress;
 use crate::table::grasps_table;
 
-/// Poses are kept every so many steps with `--trajectory`.
+/// Poses are kept every so many steps of first order with `--trajectory`.
 const TRAJECTORY_INTERVAL: usize = 20;
 /// Steps between two reports to the progress bar.
 const PROGRESS_INTERVAL: usize = 50;
@@ -54,8 +54,9 @@ pub(crate) struct Arguments {
     /// others
     #[arg(long, requires = "top_k")]
     diverse: bool,
-    /// Leave out a part of the method, as ablation studies do (may be repeated): coarse-to-fine, leaky-gradient,
-    /// relaxation (the task constraint is on the real contact forces) or mdmm (a fixed penalty instead)
+    /// Leave out a part of the method, as ablation studies do (may be repeated). Of `default` and `fast`:
+    /// coarse-to-fine, leaky-gradient, task, facing, second-order. Of the others: coarse-to-fine, leaky-gradient,
+    /// relaxation (the task constraint is on the real contact forces), mdmm (a fixed penalty instead)
     #[arg(long, value_name = "PART")]
     without: Vec<MethodPart>,
     #[command(flatten)]
@@ -75,7 +76,7 @@ pub(crate) struct Arguments {
     /// Also write the posed hands and the object as OBJ files to DIR/meshes
     #[arg(long)]
     meshes: bool,
-    /// Also write the poses along the optimisations to DIR/trajectory.npz
+    /// Also write the poses along the optimisations to DIR/trajectory.npz: each iteration, or every 20th step
     #[arg(long)]
     trajectory: bool,
     /// Print the summary and the grasps as JSON instead of a table
@@ -101,15 +102,18 @@ fn synthesize(arguments: &Arguments) -> Result<()> {
     }
     let mut configuration = arguments.settings.resolve(quiet)?.configuration;
     for part in &arguments.without {
-        configuration.settings = configuration.settings.without(*part);
+        configuration.settings = configuration.settings.without(*part)?;
     }
     configuration.settings.validate()?;
     let settings = &configuration.settings;
     let run = RunSettings {
         seed: configuration.seed,
         count: configuration.grasps,
-        trajectory_every: arguments.trajectory.then_some(TRAJECTORY_INTERVAL),
-        execution: configuration.execution.clone(),
+        trajectory_every: (arguments.trajectory).then_some(match settings.skin_fit {
+            Some(_) => 1,
+            None => TRAJECTORY_INTERVAL,
+        }),
+        execution: configuration.execution,
         evaluation: configuration.evaluation.clone(),
     };
     let loading = arguments.loading.options()?;

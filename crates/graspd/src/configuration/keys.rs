@@ -9,33 +9,25 @@ use super::tree::leaves;
 use crate::annealing::AnnealingSettings;
 
 /// Keys of earlier versions, or sections of them, and what they are called now.
-const RENAMED: [(&str, &str); 12] = [
+const RENAMED: [(&str, &str); 10] = [
     (
-        "settings.conformity.projection_iterations",
         "settings.skin_fit.projection.iterations",
+        "settings.skin_fit.projection_iterations",
     ),
     (
-        "settings.conformity.retreat_iterations",
-        "settings.skin_fit.depenetration_iterations",
+        "settings.skin_fit.soft.check_samples",
+        "settings.skin_fit.soft.dense_samples",
     ),
     (
-        "settings.conformity.depth",
-        "settings.skin_fit.target_depth",
+        "settings.skin_fit.rigid.check_samples",
+        "settings.skin_fit.rigid.dense_samples",
     ),
     (
-        "settings.conformity.most_depth",
-        "settings.skin_fit.soft.max_depth",
-    ),
-    (
-        "settings.conformity.rigid_most_depth",
-        "settings.skin_fit.rigid.max_depth",
-    ),
-    (
-        "settings.conformity.deepest",
+        "settings.skin_fit.deepest",
         "settings.skin_fit.soft.depth_limit",
     ),
     (
-        "settings.conformity.rigid_deepest",
+        "settings.skin_fit.rigid_deepest",
         "settings.skin_fit.rigid.depth_limit",
     ),
     ("settings.conformity", "settings.skin_fit"),
@@ -57,96 +49,78 @@ const RENAMED: [(&str, &str); 12] = [
     ),
 ];
 
-/// Lists of numbers of earlier versions: the present keys of their elements.
-const SPLIT: [(&str, &[&[&str]]); 8] = [
-    (
-        "core_samples",
-        &[&["coarse_medial_spheres"], &["fine_medial_spheres"]],
-    ),
-    (
-        "dense_samples",
-        &[&["soft.projection_samples"], &["rigid.projection_samples"]],
-    ),
-    (
-        "densest_samples",
-        &[&["soft.check_samples"], &["rigid.check_samples"]],
-    ),
-    (
-        "coarse_iterations",
-        &[&["approach.iterations"], &["contact.iterations"]],
-    ),
-    (
-        "fine_iterations",
-        &[&["draw_in.iterations"], &["push_out.iterations"]],
-    ),
-    (
-        "reach",
-        &[
-            &["approach.start_reach"],
-            &["approach.end_reach", "contact.start_reach"],
-            &["contact.end_reach"],
-            &["draw_in.start_reach"],
-            &[
-                "draw_in.end_reach",
-                "push_out.start_reach",
-                "push_out.end_reach",
-                "projection.start_reach",
-                "projection.end_reach",
-            ],
-        ],
-    ),
-    (
-        "deep_weights",
-        &[
-            &["approach.depth_weight"],
-            &["contact.depth_weight"],
-            &["draw_in.depth_weight"],
-            &["push_out.depth_weight", "projection.depth_weight"],
-        ],
-    ),
-    (
-        "core_weights",
-        &[
-            &["approach.medial_weight"],
-            &["contact.medial_weight"],
-            &["draw_in.medial_weight", "push_out.medial_weight"],
-            &["projection.medial_weight"],
-        ],
-    ),
+/// Keys under `settings.skin_fit` of earlier versions, or sections of them, of what is no more: the fit had stages of
+/// their own costs, and its candidates were rated otherwise.
+const RETIRED: [&str; 31] = [
+    "finalists",
+    "imbalance_discount",
+    "closure_discount",
+    "firm_closure",
+    "coarse_medial_spheres",
+    "fine_medial_spheres",
+    "depenetration_iterations",
+    "target_depth",
+    "depth_scale",
+    "limit_weight",
+    "approach",
+    "contact",
+    "draw_in",
+    "push_out",
+    "projection",
+    "soft.max_depth",
+    "soft.projection_samples",
+    "rigid.max_depth",
+    "rigid.projection_samples",
+    "core_samples",
+    "dense_samples",
+    "densest_samples",
+    "coarse_iterations",
+    "fine_iterations",
+    "retreat_iterations",
+    "reach",
+    "depth",
+    "deep_weights",
+    "core_weights",
+    "most_depth",
+    "rigid_most_depth",
 ];
 
-/// Returns the values of a table by their present keys.
+/// Returns the values of a table by their present keys; what is no more is left out.
 pub(crate) fn present_leaves(table: &Table) -> Vec<(String, Value)> {
-    let present = leaves(table).into_iter().flat_map(|(key, value)| {
-        split(&key, &value).unwrap_or_else(|| vec![(present_name(key), value)])
-    });
-    present.collect()
+    let present = leaves(table)
+        .into_iter()
+        .filter(|(key, _)| !is_retired(key));
+    present
+        .map(|(key, value)| (present_name(key), value))
+        .collect()
 }
 
-/// Returns the elements of a list of an earlier version; one of another length keeps its key, which
-/// is unknown now. `None` for other keys.
-fn split(key: &str, value: &Value) -> Option<Vec<(String, Value)>> {
-    let name = key.strip_prefix("settings.conformity.")?;
-    let (_, elements) = SPLIT.iter().find(|(before, _)| *before == name)?;
-    let values = value.as_array().filter(|list| list.len() == elements.len());
-    let Some(values) = values else {
-        return Some(vec![(key.to_owned(), value.clone())]);
+/// Returns the keys of a table of what is no more.
+pub(super) fn retired_keys(table: &Table) -> Vec<String> {
+    let keys = leaves(table).into_iter().map(|(key, _)| key);
+    keys.filter(|key| is_retired(key)).collect()
+}
+
+fn is_retired(key: &str) -> bool {
+    let present = present_name(key.to_owned());
+    let Some(key) = present.strip_prefix("settings.skin_fit.") else {
+        return false;
     };
-    let keys = elements.iter().zip(values);
-    let pairs = keys.flat_map(|(keys, value)| {
-        keys.iter()
-            .map(|key| (format!("settings.skin_fit.{key}"), value.clone()))
-    });
-    Some(pairs.collect())
+    RETIRED.iter().any(|retired| is_under(key, retired))
 }
 
-/// Returns the present name of a key.
-fn present_name(key: String) -> String {
-    let renamed = RENAMED.iter().find_map(|(before, now)| {
-        let rest = key.strip_prefix(before)?;
-        (rest.is_empty() || rest.starts_with('.')).then(|| format!("{now}{rest}"))
-    });
-    renamed.unwrap_or(key)
+/// Whether a key is that of a section or under it.
+fn is_under(key: &str, section: &str) -> bool {
+    let rest = key.strip_prefix(section);
+    rest.is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))
+}
+
+/// Returns the present name of a key, which may have been renamed more than once.
+fn present_name(mut key: String) -> String {
+    while let Some((before, now)) = RENAMED.iter().find(|(before, _)| is_under(&key, before)) {
+        key = format!("{now}{}", &key[before.len()..]);
+    }
+    key
 }
 
 /// Returns every key that there can be, with the range of its values: of the run, the optimisation, what comes before

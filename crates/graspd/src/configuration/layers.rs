@@ -5,7 +5,7 @@ use std::path::Path;
 use graspd_settings::Validate;
 use toml::{Table, Value};
 
-use super::keys::{known_keys, nearest, present_leaves};
+use super::keys::{known_keys, nearest, present_leaves, retired_keys};
 use super::origin::Origin;
 use super::resolved::{
     ANNEALING, METRICS, PENALTY, PRESET, ResolvedConfiguration, SKIN_FIT, STEPS,
@@ -80,6 +80,9 @@ impl ConfigurationLayers {
         let known: Vec<&str> = known.iter().map(|(key, _)| key.as_str()).collect();
         let mut resolved = ResolvedConfiguration::of(self.preset()?);
         for (origin, table) in &self.layers {
+            for key in retired_keys(table) {
+                resolved.ignore(origin, &key);
+            }
             let mut values = present_leaves(table);
             // Stable: the rest keep their order.
             values.sort_by_key(|(key, _)| (key != PRESET, key != STEPS));

@@ -25,7 +25,8 @@ pub(super) const PENALTY: &str = "settings.constraint_method.penalty.weight";
 /// A table, or a list such as `"ca,iv"`.
 pub(super) const METRICS: &str = "evaluation.metrics";
 /// What [`SynthesisSettings::with_steps`] stretches.
-const STRETCHED: [&str; 5] = [
+const STRETCHED: [&str; 6] = [
+    "settings.skin_fit.iterations",
     "settings.smoothing_steps",
     "settings.warmup_steps",
     "settings.decay_start",
@@ -56,6 +57,7 @@ pub struct ResolvedConfiguration {
     /// Those that some layer sets, by key.
     origins: BTreeMap<String, Origin>,
     is_stretched: bool,
+    ignored: Vec<String>,
 }
 
 impl ResolvedConfiguration {
@@ -65,7 +67,22 @@ impl ResolvedConfiguration {
             configuration: Configuration::with_settings(preset),
             origins: BTreeMap::new(),
             is_stretched: false,
+            ignored: Vec::new(),
         }
+    }
+
+    /// Remembers a value of something that is no more.
+    pub(super) fn ignore(&mut self, origin: &Origin, key: &str) {
+        self.ignored.push(format!("{origin}: `{key}`"));
+    }
+
+    /// Returns a warning of the values of earlier versions that have no meaning any more, if there are any.
+    pub fn warning(&self) -> Option<String> {
+        let list = self.ignored.join(", ");
+        let text = format!(
+            "settings of an earlier version have no meaning any more and are ignored: {list}"
+        );
+        (!list.is_empty()).then_some(text)
     }
 
     /// Overrides one value.

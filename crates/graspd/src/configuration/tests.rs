@@ -1,6 +1,6 @@
 use toml::Table;
 
-use graspd_fit::{DepthSettings, FitStage, SkinFitSettings};
+use graspd_fit::{DepthSettings, SkinFitSettings};
 
 use super::keys::known_keys;
 use super::tree::leaves;
@@ -163,47 +163,86 @@ rigid_deepest = 0.00066
 core_weights = [0.02, 2.1, 0.34, 2.2]
 ";
 
+/// And as they were written after that, before the second-order solver.
+const LATER_FIT: &str = "
+[settings.skin_fit]
+candidates = 7
+finalists = 3
+imbalance_discount = 0.1
+closure_discount = 0.4
+firm_closure = 0.3
+coarse_medial_spheres = 801
+depenetration_iterations = 23
+target_depth = 0.00016
+depth_scale = 0.0005
+limit_weight = 31.0
+[settings.skin_fit.approach]
+iterations = 31
+start_reach = 0.051
+[settings.skin_fit.projection]
+iterations = 11
+medial_weight = 2.2
+[settings.skin_fit.soft]
+max_depth = 0.00176
+depth_limit = 0.00256
+projection_samples = 40001
+check_samples = 40002
+[settings.skin_fit.rigid]
+depth_limit = 0.00066
+check_samples = 400002
+";
+
 #[test]
 fn settings_of_earlier_fits_are_read() {
-    let settings = resolved(&[EARLIER_FIT]).configuration.settings;
-    let fit = settings.skin_fit.unwrap();
-    let stage = |stage: &FitStage| {
-        let FitStage {
-            iterations,
-            start_reach,
-            end_reach,
-            depth_weight,
-            medial_weight,
-        } = *stage;
+    let usual = SkinFitSettings::default();
+    let expected = |soft_samples, rigid_samples| SkinFitSettings {
+        candidates: 7,
+        projection_iterations: 11,
+        soft: DepthSettings {
+            depth_limit: 0.00256,
+            dense_samples: soft_samples,
+            ..usual.soft
+        },
+        rigid: DepthSettings {
+            depth_limit: 0.00066,
+            dense_samples: rigid_samples,
+            ..usual.rigid
+        },
+        ..usual.clone()
+    };
+    for (text, retired, expected) in [
         (
-            iterations,
-            [start_reach, end_reach],
-            depth_weight,
-            medial_weight,
-        )
-    };
-    assert_eq!((fit.candidates, fit.promising), (7, 8));
+            EARLIER_FIT,
+            [
+                "conformity.reach",
+                "conformity.depth`",
+                "conformity.rigid_most_depth",
+            ],
+            expected(usual.soft.dense_samples, usual.rigid.dense_samples),
+        ),
+        (
+            LATER_FIT,
+            [
+                "skin_fit.finalists",
+                "skin_fit.approach.iterations",
+                "skin_fit.soft.max_depth",
+            ],
+            expected(40002, 400_002),
+        ),
+    ] {
+        let read = resolved(&[text]);
+        let warning = read.warning().expect("some have no meaning any more");
+        assert!(retired.iter().all(|key| warning.contains(key)), "{warning}");
+        assert!(
+            !warning.contains("candidates") && !warning.contains("depth_limit"),
+            "{warning}"
+        );
+        assert_eq!(read.configuration.settings.skin_fit, Some(expected));
+    }
     assert_eq!(
-        (fit.coarse_medial_spheres, fit.fine_medial_spheres),
-        (801, 6001)
+        resolved(&["[settings.skin_fit]\ntail = 3.0"]).warning(),
+        None
     );
-    assert_eq!(stage(&fit.approach), (31, [0.051, 0.0051], 0.03, 0.02));
-    assert_eq!(stage(&fit.contact), (21, [0.0051, 0.0016], 1.1, 2.1));
-    assert_eq!(stage(&fit.draw_in), (41, [0.0021, 0.00081], 1.2, 0.34));
-    assert_eq!(stage(&fit.push_out), (22, [0.00081, 0.00081], 4.1, 0.34));
-    assert_eq!(stage(&fit.projection), (11, [0.00081, 0.00081], 4.1, 2.2));
-    assert_eq!(
-        (fit.depenetration_iterations, fit.target_depth),
-        (23, 0.00016)
-    );
-    let depths = |max_depth, depth_limit, projection_samples, check_samples| DepthSettings {
-        max_depth,
-        depth_limit,
-        projection_samples,
-        check_samples,
-    };
-    assert_eq!(fit.soft, depths(0.00176, 0.00256, 40001, 40002));
-    assert_eq!(fit.rigid, depths(0.00041, 0.00066, 100_001, 400_002));
 }
 
 #[test]
@@ -249,8 +288,8 @@ fn mistakes_are_named_with_their_layer() {
         ),
         ("[settings]\npreset = 3", ["settings.preset", "a name"]),
         (
-            "[settings.conformity]\nreach = [1.0]",
-            ["settings.conformity.reach", "--layer0"],
+            "[settings.conformity]\nreaches = [1.0]",
+            ["settings.skin_fit.reaches", "--layer0"],
         ),
         ("grasps = 0", ["grasps", "at least 1"]),
         ("sdf_resolution = 5000", ["sdf_resolution", "2 to 1024"]),

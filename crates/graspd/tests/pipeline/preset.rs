@@ -4,6 +4,7 @@ use graspd::Validate;
 use graspd::{
     GraspError, PAPER_PADDING, PAPER_RESOLUTION, PAPER_STANDOFF, PRESETS, SynthesisSettings,
 };
+use graspd_fit::SkinFitSettings;
 use graspd_sim::Twist;
 
 fn table(settings: &SynthesisSettings) -> toml::Table {
@@ -148,13 +149,20 @@ fn schedules_stretch_with_the_steps() {
 
 #[test]
 fn what_is_not_counted_in_steps_stays() {
-    let before = SynthesisSettings::default();
+    let before = SynthesisSettings::soft();
     let (after, before) = (table(&before.clone().with_steps(1234)), table(&before));
     for (field, value) in &before {
         if !value.is_integer() {
             assert_eq!(after[field], *value, "{field}");
         }
     }
+    let default = SynthesisSettings::default();
+    let fit = default.clone().with_steps(70).skin_fit.expect("it has one");
+    let expected = SkinFitSettings {
+        iterations: 70,
+        ..default.skin_fit.expect("it has one")
+    };
+    assert_eq!(fit, expected);
 }
 
 #[test]

@@ -18,7 +18,7 @@ use graspd_hand::{Hand, LoadOptions};
 use serde::Serialize;
 
 use super::cache::CacheChoice;
-use super::configuration::ConfigurationChoice;
+use super::configuration::{ConfigurationChoice, resolve};
 use super::input::{RepairChoice, load_hand_to_scale, load_object, thread_pool};
 use crate::console::{describe, print, print_json, warn};
 use progress::BatchProgress;
@@ -78,7 +78,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     let mut layers: ConfigurationLayers = arguments.configuration.file_layer(quiet)?;
     manifest.lay_settings(&mut layers);
     arguments.configuration.lay_flags(&mut layers)?;
-    let plan = BatchPlan::new(&manifest, layers.resolve()?.configuration)?;
+    let plan = BatchPlan::new(&manifest, resolve(&layers, quiet)?.configuration)?;
     if arguments.list {
         return list(arguments, &plan);
     }
