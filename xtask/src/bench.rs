@@ -9,12 +9,15 @@ use serde_json::Value;
 
 use crate::steps::{cargo, run};
 
-/// Runs the benchmark `backends` and prints a line for each of its cases; `save` keeps the results under a name, for
-/// criterion to compare with later.
+/// Runs the benchmarks `backends` and `solver` and prints a line for each of their cases; `save` keeps the results
+/// under a name, for criterion to compare with later.
 pub(crate) fn bench(root: &Path, save: Option<&str>) -> Result<()> {
     let results = root.join("target").join("criterion");
     let start = SystemTime::now();
-    let mut command = cargo(root, "bench --locked -p graspd-tests --bench backends --");
+    let mut command = cargo(
+        root,
+        "bench --locked -p graspd-tests --bench backends --bench solver --",
+    );
     command.env("CRITERION_HOME", &results);
     if let Some(name) = save {
         command.args(["--save-baseline", name]);

@@ -67,24 +67,18 @@ impl ContactCost {
         self.smoothed_depth(distance).scale(1.0 / wanted) - T::one()
     }
 
-    /// Computes the cost at signed distance `distance` \[m\] of a point that faces the object by `facing`.
-    pub fn value<T: Real>(&self, distance: T, facing: f64) -> T {
-        let facing = self.weight(facing);
+    /// Computes the cost at signed distance `distance` \[m\] of a point that faces the object by `facing`, a constant.
+    pub fn value<T: Real>(&self, distance: T, facing: T) -> T {
+        let facing = if self.facing { facing } else { T::one() };
         let is_deep = (-distance).gt(T::constant(self.target_depth));
-        let weight = T::select(is_deep, T::one(), T::constant(facing));
+        let weight = T::select(is_deep, T::one(), facing);
         let outer = self.residual(self.farthest());
         let beyond = (-distance - T::constant(self.depth_limit)).max(T::zero());
         let limit = beyond.scale(1.0 / self.target_depth).square();
-        let near = self.residual(distance).square() * weight - T::constant(facing * outer * outer)
+        let near = self.residual(distance).square() * weight - facing.scale(outer * outer)
             + limit.scale(self.limit_weight);
         let is_near = T::constant(self.farthest()).gt(distance);
         T::select(is_near, near, T::zero())
-    }
-
-    /// The weight of a point that faces the object by `facing`.
-    #[inline]
-    fn weight(&self, facing: f64) -> f64 {
-        if self.facing { facing } else { 1.0 }
     }
 
     /// Computes the derivative of [`ContactCost::value`] by the distance \[1/m\], and the Gauss-Newton weight of the
@@ -95,7 +89,7 @@ impl ContactCost {
             return (0.0, 0.0);
         }
         let is_deep = distance < -self.target_depth;
-        let weight = if is_deep { 1.0 } else { self.weight(facing) };
+        let weight = if is_deep || !self.facing { 1.0 } else { facing };
         let wanted = self.smoothed_depth(-self.target_depth);
         let root = (distance * distance + self.smoothing * self.smoothing).sqrt();
         let rate = 0.5 * (distance / root - 1.0) / wanted;
@@ -134,7 +128,7 @@ impl ContactCost {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use graspd_ad::{Dual, gradient};
+    use graspd_ad::{Dual, Var, gradient};
     use proptest::prelude::*;
 
     const COST: ContactCost = ContactCost {
@@ -167,8 +161,8 @@ mod tests {
             // Differences across the end of the tail are not small.
             prop_assume!((distance - cost.farthest()).abs() > 2.0 * STEP);
             let (claimed, weight) = cost.slope_and_weight(distance, facing);
-            let forward = cost.value(Dual::<f64, 1>::variable(distance, 0), facing);
-            let (value, reverse) = gradient(|x| cost.value(x[0], facing), &[distance]);
+            let forward = cost.value(Dual::<f64, 1>::variable(distance, 0), Dual::constant(facing));
+            let (value, reverse) = gradient(|x| cost.value(x[0], Var::constant(facing)), &[distance]);
             let size = 1.0 + claimed.abs();
             prop_assert!((claimed - forward.derivative[0]).abs() <= MODE_TOLERANCE * size);
             prop_assert!((claimed - reverse[0]).abs() <= MODE_TOLERANCE * size);

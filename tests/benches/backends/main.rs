@@ -7,6 +7,8 @@
 //! two threads, each makes a grasp of its own and the time is the mean of both: half of it is what a grasp costs.
 
 mod by_hand;
+#[path = "../processor_time/mod.rs"]
+mod processor_time;
 #[path = "../setting/mod.rs"]
 mod setting;
 
@@ -24,8 +26,8 @@ use graspd_geom::Vec3;
 use graspd_hand::{Hand, HandPose, Kinematics, POINT_PADDING, PointBuffer};
 use graspd_opt::{AdamSettings, Adamax, AdamaxIteration, Optimizer};
 use graspd_sim::{ContactState, ForceWeights, Precision, Scene, TargetRule, TargetWrenches, Twist};
-use rustix::time::{ClockId, clock_gettime};
 
+use processor_time::{cpu_time, time};
 use setting::{Setting, Subject, fast_backend};
 
 /// Rate and weights of the force step.
@@ -36,21 +38,6 @@ const WEIGHTS: ForceWeights = ForceWeights {
 };
 /// Steps of a whole synthesis.
 const SYNTHESIS: usize = 7000;
-
-/// Processor time of this thread so far.
-fn cpu_time() -> Duration {
-    let now = clock_gettime(ClockId::ThreadCPUTime);
-    Duration::new(now.tv_sec as u64, now.tv_nsec as u32)
-}
-
-/// Processor time of `count` calls.
-fn time(count: u64, mut call: impl FnMut()) -> Duration {
-    let start = cpu_time();
-    for _ in 0..count {
-        call();
-    }
-    cpu_time() - start
-}
 
 struct AdamaxRule<'a, E>(AdamaxIteration<'a, E>);
 
