@@ -85,8 +85,8 @@ impl Default for SkinFitSettings {
             medial_weight: 3.0,
             task: true,
             soft: DepthSettings {
-                target_depth: 8.5e-4,
-                depth_limit: 2.55e-3,
+                target_depth: 1.0e-3,
+                depth_limit: 2.45e-3,
                 dense_samples: 40_000,
             },
             rigid: DepthSettings {

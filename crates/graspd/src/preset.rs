@@ -245,14 +245,14 @@ impl SynthesisSettings {
     pub fn fast() -> Self {
         let usual = SkinFitSettings::default();
         let skin_fit = SkinFitSettings {
-            promising: 3,
+            promising: 5,
             iterations: 40,
             projection_iterations: 5,
             coarse_samples: 250,
             fine_samples: 1000,
             soft: DepthSettings {
-                target_depth: 7e-4,
-                depth_limit: 1.8e-3,
+                target_depth: 6e-4,
+                depth_limit: 1.55e-3,
                 dense_samples: 4000,
             },
             rigid: DepthSettings {
