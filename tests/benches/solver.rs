@@ -32,24 +32,18 @@ const COST: ContactCost = ContactCost {
     target_depth: 8.5e-4,
     depth_limit: 2.55e-3,
     tail: 6.0,
-    facing: true,
     limit_weight: 0.0,
     medial_weight: 3.0,
 };
 
-/// Distances \[m\] and facings of skin near an object.
-fn skin() -> (Vec<f32>, Vec<f32>) {
+/// Distances \[m\] of skin near an object.
+fn distances() -> Vec<f32> {
     let share = |k: usize| (k as f32 * 0.618_034).fract();
-    let distance = |k: usize| 6e-3 * share(k) - 2e-3;
-    let facing = |k: usize| share(7 * k);
-    (
-        (0..POINTS).map(distance).collect(),
-        (0..POINTS).map(facing).collect(),
-    )
+    (0..POINTS).map(|k| 6e-3 * share(k) - 2e-3).collect()
 }
 
 /// The sum of all costs and of their derivatives, eight points at a time.
-struct InLanes<'a>(&'a [f32], &'a [f32]);
+struct InLanes<'a>(&'a [f32]);
 
 impl Kernel for InLanes<'_> {
     type Output = (f64, f64);
@@ -57,12 +51,7 @@ impl Kernel for InLanes<'_> {
     fn run<L: Real<Element = f32>>(self) -> (f64, f64) {
         let (mut value, mut slope) = (L::zero(), L::zero());
         for first in (0..self.0.len()).step_by(L::LANES) {
-            let distance = Dual::<L, 1>::variable(L::load(&self.0[first..]), 0);
-            let facing = Dual {
-                value: L::load(&self.1[first..]),
-                derivative: [L::zero()],
-            };
-            let cost = COST.value(distance, facing);
+            let cost = COST.value(Dual::<L, 1>::variable(L::load(&self.0[first..]), 0));
             value += cost.value;
             slope += cost.derivative[0];
         }
@@ -72,68 +61,34 @@ impl Kernel for InLanes<'_> {
 }
 
 fn contact_law(criterion: &mut Criterion) {
-    let (distances, facings) = skin();
-    let points: Vec<(f64, f64)> = distances
-        .iter()
-        .zip(&facings)
-        .map(|(d, f)| ((*d).into(), (*f).into()))
-        .collect();
+    let single = distances();
+    let double: Vec<f64> = single.iter().map(|distance| f64::from(*distance)).collect();
     let mut group = criterion.benchmark_group(format!("contact law and slope, {POINTS} points"));
     group.throughput(Throughput::Elements(POINTS as u64));
+    let mut case = |name: &str, law: &mut dyn FnMut(f64) -> f64| {
+        group.bench_function(name, |bencher| {
+            let mut sum =
+                || _ = black_box(double.iter().map(|distance| law(*distance)).sum::<f64>());
+            bencher.iter_custom(|count| time(count, &mut sum));
+        });
+    };
     let mut tape = Tape::new();
-    group.bench_function("reverse tape in f64", |bencher| {
-        bencher.iter_custom(|count| {
-            time(count, || {
-                let sum: f64 = points
-                    .iter()
-                    .map(|&(distance, facing)| {
-                        tape.scope(|recording| {
-                            let distance = recording.variable(distance);
-                            let cost = COST.value(distance, Real::constant(facing));
-                            cost.value() + recording.adjoints(cost).of(distance)
-                        })
-                    })
-                    .sum();
-                black_box(sum);
-            })
-        });
+    case("reverse tape in f64", &mut |distance| {
+        tape.scope(|recording| {
+            let distance = recording.variable(distance);
+            let cost = COST.value(distance);
+            cost.value() + recording.adjoints(cost).of(distance)
+        })
     });
-    group.bench_function("duals in f64", |bencher| {
-        bencher.iter_custom(|count| {
-            time(count, || {
-                let sum: f64 = points
-                    .iter()
-                    .map(|&(distance, facing)| {
-                        let cost = COST.value(
-                            Dual::<f64, 1>::variable(distance, 0),
-                            Dual::constant(facing),
-                        );
-                        cost.value + cost.derivative[0]
-                    })
-                    .sum();
-                black_box(sum);
-            })
-        });
+    case("duals in f64", &mut |distance| {
+        let cost = COST.value(Dual::<f64, 1>::variable(distance, 0));
+        cost.value + cost.derivative[0]
     });
-    group.bench_function("by hand in f64", |bencher| {
-        bencher.iter_custom(|count| {
-            time(count, || {
-                let sum: f64 = points
-                    .iter()
-                    .map(|&(distance, facing)| {
-                        COST.value(distance, facing) + COST.slope_and_weight(distance, facing).0
-                    })
-                    .sum();
-                black_box(sum);
-            })
-        });
+    case("by hand in f64", &mut |distance| {
+        COST.value(distance) + COST.slope_and_weight(distance).0
     });
     group.bench_function("duals in lanes", |bencher| {
-        bencher.iter_custom(|count| {
-            time(count, || {
-                black_box(vectorize(InLanes(&distances, &facings)));
-            })
-        });
+        bencher.iter_custom(|count| time(count, || _ = black_box(vectorize(InLanes(&single)))));
     });
     group.finish();
     assert_eq!(POINTS % Lanes::LANES, 0, "no lane is left over");

@@ -11,21 +11,19 @@ use graspd_ad::Real;
 /// ```
 ///
 /// For R -> 0 this is the contact law's depth max(-d, 0); for large R it has a tail R^2 / (4 d) by which points are
-/// drawn to an object that they do not touch. A point that faces the object by f (0 to 1) costs
+/// drawn to an object that they do not touch. A point costs
 ///
 /// ```text
-/// f (r(d)^2 - r(t R)^2)                            -c <= d < t R
-///   r(d)^2 - f r(t R)^2 + W (max(-d - L, 0) / c)^2        d < -c
+/// r(d)^2 - r(t R)^2 + W (max(-d - L, 0) / c)^2        d < t R
 /// ```
 ///
-/// and nothing from d = t R on, with the tail's length t, the depth limit L and its weight W. So each point gains by
-/// being as deep as wanted, up to about 1 if it faces the object, and loses by being deeper, whatever it faces: skin
-/// deep inside that faces away belongs to a finger that has gone through a thin wall.
+/// and nothing from d = t R on, with the tail's length t, the depth limit L and its weight W. So each point gains up to
+/// 1 by being as deep as wanted, and loses by being deeper.
 ///
 /// A medial sphere to whose centre the object is nearer than its radius by l costs `w (max(l - L, 0) / s_R(-c))^2`.
 ///
 /// The derivative by d is continuous but for d = t R, where it falls from a small part of its peak to 0; at that
-/// distance itself it is 0. Facing counts as a constant (iteratively reweighted least squares).
+/// distance itself it is 0.
 ///
 /// # Source
 /// The smoothing of max(-d, 0) is that of Chen and Harker, and Kanzow, for complementarity problems.
@@ -39,8 +37,6 @@ pub struct ContactCost {
     pub depth_limit: f64,
     /// t: with 0, only what is inside the object feels it.
     pub tail: f64,
-    /// Whether facing counts; otherwise f is 1 for all points.
-    pub facing: bool,
     /// W.
     pub limit_weight: f64,
     /// w.
@@ -67,15 +63,12 @@ impl ContactCost {
         self.smoothed_depth(distance).scale(1.0 / wanted) - T::one()
     }
 
-    /// Computes the cost at signed distance `distance` \[m\] of a point that faces the object by `facing`, a constant.
-    pub fn value<T: Real>(&self, distance: T, facing: T) -> T {
-        let facing = if self.facing { facing } else { T::one() };
-        let is_deep = (-distance).gt(T::constant(self.target_depth));
-        let weight = T::select(is_deep, T::one(), facing);
+    /// Computes the cost of a point at signed distance `distance` \[m\].
+    pub fn value<T: Real>(&self, distance: T) -> T {
         let outer = self.residual(self.farthest());
         let beyond = (-distance - T::constant(self.depth_limit)).max(T::zero());
         let limit = beyond.scale(1.0 / self.target_depth).square();
-        let near = self.residual(distance).square() * weight - facing.scale(outer * outer)
+        let near = self.residual(distance).square() - T::constant(outer * outer)
             + limit.scale(self.limit_weight);
         let is_near = T::constant(self.farthest()).gt(distance);
         T::select(is_near, near, T::zero())
@@ -84,12 +77,10 @@ impl ContactCost {
     /// Computes the derivative of [`ContactCost::value`] by the distance \[1/m\], and the Gauss-Newton weight of the
     /// distance's own derivative \[1/m^2\]: never negative.
     #[inline]
-    pub fn slope_and_weight(&self, distance: f64, facing: f64) -> (f64, f64) {
+    pub fn slope_and_weight(&self, distance: f64) -> (f64, f64) {
         if distance >= self.farthest() {
             return (0.0, 0.0);
         }
-        let is_deep = distance < -self.target_depth;
-        let weight = if is_deep || !self.facing { 1.0 } else { facing };
         let wanted = self.smoothed_depth(-self.target_depth);
         let root = (distance * distance + self.smoothing * self.smoothing).sqrt();
         let rate = 0.5 * (distance / root - 1.0) / wanted;
@@ -100,8 +91,10 @@ impl ContactCost {
         } else {
             0.0
         };
-        let weight = 2.0 * weight * rate;
-        (weight * residual - limit * beyond, weight * rate + limit)
+        (
+            2.0 * rate * residual - limit * beyond,
+            2.0 * rate * rate + limit,
+        )
     }
 
     /// Computes the cost of a medial sphere to whose centre the object is nearer than its radius by `lack` \[m\].
@@ -128,7 +121,7 @@ impl ContactCost {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use graspd_ad::{Dual, Var, gradient};
+    use graspd_ad::{Dual, gradient};
     use proptest::prelude::*;
 
     const COST: ContactCost = ContactCost {
@@ -136,7 +129,6 @@ mod tests {
         target_depth: 0.5,
         depth_limit: 1.4,
         tail: 6.0,
-        facing: true,
         limit_weight: 7.0,
         medial_weight: 5.0,
     };
@@ -153,21 +145,20 @@ mod tests {
         #[test]
         fn the_slope_is_that_of_both_modes_and_of_differences(
             distance in -3.0..7.0f64,
-            facing in 0.0..1.0f64,
             smoothing in 0.05..2.0f64,
             tail in 0.0..8.0f64,
         ) {
             let cost = ContactCost { smoothing, tail, ..COST };
             // Differences across the end of the tail are not small.
             prop_assume!((distance - cost.farthest()).abs() > 2.0 * STEP);
-            let (claimed, weight) = cost.slope_and_weight(distance, facing);
-            let forward = cost.value(Dual::<f64, 1>::variable(distance, 0), Dual::constant(facing));
-            let (value, reverse) = gradient(|x| cost.value(x[0], Var::constant(facing)), &[distance]);
+            let (claimed, weight) = cost.slope_and_weight(distance);
+            let forward = cost.value(Dual::<f64, 1>::variable(distance, 0));
+            let (value, reverse) = gradient(|x| cost.value(x[0]), &[distance]);
             let size = 1.0 + claimed.abs();
             prop_assert!((claimed - forward.derivative[0]).abs() <= MODE_TOLERANCE * size);
             prop_assert!((claimed - reverse[0]).abs() <= MODE_TOLERANCE * size);
-            prop_assert_eq!(value, cost.value(distance, facing));
-            let at = |d: f64| cost.value(d, facing);
+            prop_assert_eq!(value, cost.value(distance));
+            let at = |d: f64| cost.value(d);
             let numeric = (at(distance + STEP) - at(distance - STEP)) / (2.0 * STEP);
             prop_assert!((claimed - numeric).abs() <= DIFFERENCE_TOLERANCE * size);
             prop_assert!(weight >= 0.0);
@@ -188,13 +179,10 @@ mod tests {
         }
 
         #[test]
-        fn the_depth_wanted_is_best(distance in -3.0..7.0f64, facing in 0.0..1.0f64) {
-            let best = COST.value(-COST.target_depth, facing);
-            prop_assert!(best <= 0.0 && best <= COST.value(distance, facing));
-            prop_assert!(COST.slope_and_weight(-COST.target_depth, facing).0.abs() < MODE_TOLERANCE);
-            // What faces away gains nothing, and is charged for depth alone.
-            let away = COST.value(distance, 0.0);
-            prop_assert_eq!(away > 0.0, distance < -COST.target_depth);
+        fn the_depth_wanted_is_best(distance in -3.0..7.0f64) {
+            let best = COST.value(-COST.target_depth);
+            prop_assert!(best <= 0.0 && best <= COST.value(distance));
+            prop_assert!(COST.slope_and_weight(-COST.target_depth).0.abs() < MODE_TOLERANCE);
         }
 
         #[test]
@@ -222,18 +210,18 @@ mod tests {
             ..COST
         };
         let inside = 2.0 * (0.2 / 0.5 - 1.0) / -0.5;
-        assert!((sharp.slope_and_weight(-0.2, 1.0).0 - inside).abs() < 1e-9);
-        assert!(sharp.slope_and_weight(0.2, 1.0).0.abs() < 1e-9);
+        assert!((sharp.slope_and_weight(-0.2).0 - inside).abs() < 1e-9);
+        assert!(sharp.slope_and_weight(0.2).0.abs() < 1e-9);
         assert_eq!(COST.medial_slope_and_weight(COST.depth_limit), (0.0, 0.0));
         // The slope jumps at the end of the tail only, from a part of its peak.
-        let slope = |distance| COST.slope_and_weight(distance, 1.0).0;
+        let slope = |distance| COST.slope_and_weight(distance).0;
         let end = COST.farthest();
-        assert_eq!((slope(end), COST.value(end, 1.0)), (0.0, 0.0));
+        assert_eq!((slope(end), COST.value(end)), (0.0, 0.0));
         let peak = (0..500)
             .map(|i| slope(f64::from(i) * 0.01))
             .fold(0.0, f64::max);
         let last = slope(end - 1e-9);
         assert!(0.0 < last && last < 0.05 * peak, "{last} {peak}");
-        assert!(COST.value(end - 1e-9, 1.0).abs() < 1e-9);
+        assert!(COST.value(end - 1e-9).abs() < 1e-9);
     }
 }

@@ -33,8 +33,6 @@ struct SkinPoint {
     distance: f64,
     /// The object's outward unit normal, or 0.
     normal: Vector3<f64>,
-    /// How far it faces the object: 0 to 1.
-    facing: f64,
 }
 
 /// A medial sphere of the hand.
@@ -190,17 +188,14 @@ impl<'a> PoseCost<'a> {
                         seen_at: position,
                         distance: 0.0,
                         normal: Vector3::zeros(),
-                        facing: 0.0,
                     }
                 }
             });
         }
         self.look_up();
         for (&number, answer) in self.asked.iter().zip(&self.answers) {
-            let outward = self.skin.outward(vertices, number as usize);
             let point = &mut placement.skin[number as usize];
             (point.distance, point.normal) = (answer.distance, answer.normal);
-            point.facing = (-outward.dot(&answer.normal)).max(0.0);
         }
     }
 
@@ -258,9 +253,7 @@ impl<'a> PoseCost<'a> {
             .skin
             .iter()
             .filter(|point| point.distance < farthest);
-        let skin: f64 = skin
-            .map(|point| cost.value(point.distance, point.facing))
-            .sum();
+        let skin: f64 = skin.map(|point| cost.value(point.distance)).sum();
         let joints = pose.articulation.iter().zip(&self.posture);
         let posture: f64 = joints
             .map(|(value, (relaxed, weight))| weight * (value - relaxed).powi(2))
@@ -310,7 +303,7 @@ impl<'a> PoseCost<'a> {
         self.pulls.clear();
         self.terms.clear();
         for (number, point) in placement.skin.iter().enumerate() {
-            let (slope, weight) = cost.slope_and_weight(point.distance, point.facing);
+            let (slope, weight) = cost.slope_and_weight(point.distance);
             if weight > 0.0 {
                 let slope = slope_of(slope, weight, point.seen_at);
                 self.pulls.push(self.skin.pull(number, &point.normal));

@@ -34,8 +34,6 @@ pub struct SkinFitSettings {
     pub fine_samples: usize,
     /// Length of the contact law's tail in R; with 0 nothing is drawn to what it does not touch.
     pub tail: f64,
-    /// Whether skin counts by how far it faces the object.
-    pub facing: bool,
     /// Steps of Levenberg-Marquardt; otherwise along the gradient, scaled by the curvature of each unknown.
     pub second_order: bool,
     /// Cost of each joint at a whole range from the relaxed posture, in skin points.
@@ -78,14 +76,13 @@ impl Default for SkinFitSettings {
             coarse_samples: 800,
             fine_samples: 5000,
             tail: 6.0,
-            facing: true,
             second_order: true,
             posture_weight: 2.0,
             intersection_weight: 1.0,
             medial_weight: 3.0,
             task: true,
             soft: DepthSettings {
-                target_depth: 1.0e-3,
+                target_depth: 9.75e-4,
                 depth_limit: 2.45e-3,
                 dense_samples: 40_000,
             },
@@ -133,7 +130,6 @@ impl Validate for SkinFitSettings {
             coarse_samples: samples,
             fine_samples: samples,
             tail: between(0.0, MAX_TAIL),
-            facing: ANY,
             second_order: ANY,
             posture_weight: NOT_NEGATIVE.unit("points"),
             intersection_weight: NOT_NEGATIVE.unit("points/mm"),
@@ -181,7 +177,6 @@ impl SkinFitSettings {
             target_depth: depths.target_depth,
             depth_limit: depths.depth_limit,
             tail: self.tail,
-            facing: self.facing,
             limit_weight: 0.0,
             medial_weight: self.medial_weight,
         }

@@ -253,10 +253,7 @@ fn patches_leave_out_no_point_that_is_near() {
 fn rows_and_gradient_are_those_of_differences_of_the_cost() {
     /// Half width of central differences \[m, rad\].
     const STEP: f64 = 1e-6;
-    let settings = SkinFitSettings {
-        facing: false,
-        ..SkinFitSettings::default()
-    };
+    let settings = SkinFitSettings::default();
     // Its distance has a gradient of length 1 but at the middle.
     let grid = ball(0.04, Vector3::zeros());
     let mut random = ChaCha8Rng::seed_from_u64(8);

@@ -46,8 +46,6 @@ pub enum MethodPart {
     Mdmm,
     /// The task, by which the second-order solver rates its candidates.
     Task,
-    /// Weights of the skin by how far it faces the object.
-    Facing,
     /// Steps of second order.
     SecondOrder,
 }
@@ -61,20 +59,18 @@ impl MethodPart {
         Self::Mdmm,
     ];
     /// The parts of the second-order solver.
-    pub const SOLVER: [Self; 5] = [
+    pub const SOLVER: [Self; 4] = [
         Self::CoarseToFine,
         Self::LeakyGradient,
         Self::Task,
-        Self::Facing,
         Self::SecondOrder,
     ];
-    const NAMES: [(Self, &str); 7] = [
+    const NAMES: [(Self, &str); 6] = [
         (Self::CoarseToFine, "coarse-to-fine"),
         (Self::LeakyGradient, "leaky-gradient"),
         (Self::Relaxation, "relaxation"),
         (Self::Mdmm, "mdmm"),
         (Self::Task, "task"),
-        (Self::Facing, "facing"),
         (Self::SecondOrder, "second-order"),
     ];
 
@@ -123,7 +119,6 @@ impl SynthesisSettings {
                 MethodPart::CoarseToFine => fit.start_smoothing = fit.end_smoothing,
                 MethodPart::LeakyGradient => fit.tail = 0.0,
                 MethodPart::Task => fit.task = false,
-                MethodPart::Facing => fit.facing = false,
                 _ => fit.second_order = false,
             },
             None => match part {

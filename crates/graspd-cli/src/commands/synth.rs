@@ -55,7 +55,7 @@ pub(crate) struct Arguments {
     #[arg(long, requires = "top_k")]
     diverse: bool,
     /// Leave out a part of the method, as ablation studies do (may be repeated). Of `default` and `fast`:
-    /// coarse-to-fine, leaky-gradient, task, facing, second-order. Of the others: coarse-to-fine, leaky-gradient,
+    /// coarse-to-fine, leaky-gradient, task, second-order. Of the others: coarse-to-fine, leaky-gradient,
     /// relaxation (the task constraint is on the real contact forces), mdmm (a fixed penalty instead)
     #[arg(long, value_name = "PART")]
     without: Vec<MethodPart>,

@@ -61,7 +61,7 @@ fn each_part_of_the_solver_is_left_out_by_one_setting() {
     }
     for (settings, part) in [
         (whole, MethodPart::Mdmm),
-        (SynthesisSettings::soft(), MethodPart::Facing),
+        (SynthesisSettings::soft(), MethodPart::Task),
         (SynthesisSettings::annealing(), MethodPart::CoarseToFine),
     ] {
         let fault = settings.without(part).unwrap_err().to_string();
