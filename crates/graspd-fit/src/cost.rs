@@ -17,8 +17,8 @@ use graspd_ad::Real;
 /// r(d)^2 - r(t R)^2 + W (max(-d - L, 0) / c)^2        d < t R
 /// ```
 ///
-/// and nothing from d = t R on, with the tail's length t, the depth limit L and its weight W. So each point gains up to
-/// 1 by being as deep as wanted, and loses by being deeper.
+/// and nothing from d = t R on, with the tail's length t, the depth limit L and its weight W. So each point gains up
+/// to 1 by being as deep as wanted, and loses by being deeper.
 ///
 /// A medial sphere to whose centre the object is nearer than its radius by l costs `w (max(l - L, 0) / s_R(-c))^2`.
 ///
