@@ -50,20 +50,21 @@ impl ContactCost {
     }
 
     /// s_R(d) \[m\], see [`ContactCost`].
-    #[inline]
+    #[inline(always)]
     fn smoothed_depth<T: Real>(&self, distance: T) -> T {
         let squared = T::constant(self.smoothing * self.smoothing);
         ((distance.square() + squared).sqrt() - distance).scale(0.5)
     }
 
     /// r(d), see [`ContactCost`].
-    #[inline]
+    #[inline(always)]
     fn residual<T: Real>(&self, distance: T) -> T {
         let wanted = self.smoothed_depth(-self.target_depth);
         self.smoothed_depth(distance).scale(1.0 / wanted) - T::one()
     }
 
     /// Computes the cost of a point at signed distance `distance` \[m\].
+    #[inline(always)]
     pub fn value<T: Real>(&self, distance: T) -> T {
         let outer = self.residual(self.farthest());
         let beyond = (-distance - T::constant(self.depth_limit)).max(T::zero());
